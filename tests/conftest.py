@@ -26,12 +26,12 @@ if TYPE_CHECKING:
 REPOSITORY = Path(__file__).resolve().parents[1]
 
 if "PYTEST_XDIST_WORKER" in os.environ:
-    # A worker has handed over its results when this runs, as the last of what runs at the exit.
-    # Taking its objects apart one by one would take up to ten seconds, and xdist waits for it.
+    # When this runs, a worker has already sent its results.
+    # Freeing its objects one by one would take up to ten seconds, during which xdist waits.
     atexit.register(os._exit, 0)
 
 
-#: The configurations of this process, the outermost first.
+#: The configurations of this process, beginning with the outermost.
 _sessions: list[pytest.Config] = []
 _LEFT_OUT: pytest.StashKey[int] = pytest.StashKey()
 #: The reason of each test that is not run because an engine is not installed.
@@ -50,7 +50,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Start the count of the tests that the markers leave out; let signals reach all children."""
+    """Start the count of tests that the markers leave out, and let signals reach all children."""
     config.stash[_LEFT_OUT] = 0
     config.stash[_NO_ENGINE] = []
     if config.option.toolkit_alone:
@@ -58,7 +58,7 @@ def pytest_configure(config: pytest.Config) -> None:
             raise pytest.UsageError("--toolkit-alone: rcx_harness is loaded; add -p no:rcx")
         toolkit_alone()
     if not _sessions:
-        gc.disable()  # what is imported and collected stays: looking for garbage finds nothing
+        gc.disable()  # modules and tests stay: nothing to free
     _sessions.append(config)
     _let_children_hear_signals(is_worker=hasattr(config, "workerinput"))
 
@@ -72,17 +72,17 @@ def _let_children_hear_signals(*, is_worker: bool) -> None:
     """
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-    hang_up = getattr(signal, "SIGHUP", None)  # Windows does not have it
+    hang_up = getattr(signal, "SIGHUP", None)  # Windows does not have this signal
     if hang_up and (is_worker or signal.getsignal(hang_up) is signal.SIG_IGN):
         signal.signal(hang_up, lambda number, frame: None)
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Order the tests as `--order` says, keep the samples, skip what needs something external."""
+    """Order the tests as `--order` says, keep the samples, and skip tests with external needs."""
     named = any("::" in argument for argument in config.args)
     keep_samples(items, whole=not named)
-    if not named:  # a test that the user names is shown as skipped
+    if not named:  # a test that the user names is reported as skipped
         config.stash[_NO_ENGINE] = without_engine(items)
     order = config.getoption("order")
     if order == "reverse":
@@ -96,9 +96,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def pytest_collection_finish() -> None:
-    """Take what is there for good out of the garbage collector's way, and let it look less often.
+    """Exclude existing objects from garbage collection, and let the collector run less often.
 
-    Both together take a tenth off the run.
+    Both together save a tenth of the run.
     """
     gc.freeze()
     gc.set_threshold(100_000, 50, 100)
@@ -120,12 +120,12 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
         output["no_engine"] = session.config.stash[_NO_ENGINE]
     if session.config is _sessions[0]:  # not a session that a test has started in this process
         gc.disable()
-        gc.freeze()  # each look for garbage at the exit would take more than a second
+        gc.freeze()  # each collection at the exit would take more than a second
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_testnodedown(node: Any, error: object) -> None:
-    """Take the counts of a worker process over; all workers collect the same tests."""
+    """Take over the counts of a worker process. All workers collect the same tests."""
     output = getattr(node, "workeroutput", None) or {}
     stash = node.config.stash
     stash[_LEFT_OUT] = output.get("left_out", stash[_LEFT_OUT])
@@ -152,7 +152,7 @@ def pytest_terminal_summary(
 
 
 def pytest_assertrepr_compare(op: str, left: object, right: object) -> list[str] | None:
-    """Show codes, ErrorIDs and words of telegrams in 16#."""
+    """Show codes, ErrorIDs and words of telegrams as 16#."""
     return hexadecimal_comparison(op, left, right)
 
 

@@ -1,4 +1,4 @@
-"""The packages and their rooms, what each may import and tests may touch, from the sources.
+"""Packages and rooms import, and tests use, only what they may, according to the sources.
 
 An import under TYPE_CHECKING or inside a function counts like any other.
 """
@@ -12,7 +12,7 @@ import pytest
 
 from imports import Graph, find_cycle, floors, imports, private_names, room_graph, shipped
 
-#: The rooms of each package from the roof down; a room may import those of the lines below its own.
+#: The rooms of each package from top to bottom. A room may import rooms of lower lines.
 PLANS = {
     "rcx_harness": (
         ("cli",),
@@ -33,10 +33,10 @@ PLANS = {
         ("errors",),
     ),
 }
-#: The packages from the roof down; only rcx_tools is not in the wheel.
+#: The packages from top to bottom. Only rcx_tools is not in the wheel.
 HOUSES = ("rcx_tools", "rcx_harness", "structured_text")
 _MOST_ROOMS, _MOST_FLOORS = 14, 9
-#: Names of the robot and of its library, which the toolkit does not know.
+#: Names of the robot and of its library, which the toolkit must not contain.
 _NAMES = re.compile(r"rcx|yamaha|FB_[A-Z]", re.IGNORECASE)
 #: Environment variables that users set.
 _NO_NAMES = re.compile(r"RCX_(MATIEC|STRUCPP|CACHE|SANITIZE|MUTANT_ORDER|DIALECT)\b")
@@ -79,7 +79,7 @@ def test_a_package_has_the_rooms_of_its_plan_and_at_most_14(rooms: Graph, house:
 def test_a_room_imports_only_rooms_further_down_on_at_most_9_floors(
     rooms: Graph, house: str
 ) -> None:
-    """Therefore robot and enip do not import each other.
+    """A room imports only rooms below it; robot and enip do not import each other.
 
     Source: docs/explanation/architecture.md, the arrows.
     """
@@ -102,7 +102,7 @@ def test_no_module_imports_itself_by_way_of_others(graph: Graph, package: str) -
 
 
 def test_a_package_never_imports_one_above_it(graph: Graph) -> None:
-    """The toolkit knows nothing of the robot, and what users install nothing of our tools.
+    """The toolkit has no dependency on the robot, and the users' packages have none on our tools.
 
     Source: docs/explanation/architecture.md, the packages.
     """

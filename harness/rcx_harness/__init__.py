@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # nothing is imported here: Ctrl-C would show where the command stands
+# nothing is imported here, because Ctrl-C during an import would show a traceback
+TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any
 
@@ -19,7 +20,7 @@ _HOME |= {"InputError": "structured_text.errors", "RobotConfig": f"{__name__}.ro
 
 
 def __getattr__(name: str) -> Any:
-    """Import a name on first use, so that one part of the package does not load all others."""
+    """Import a name on first use, so that using a part of the package does not load all parts."""
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module

@@ -45,7 +45,7 @@ def legible(text: str) -> str:
     r"""Return a message with its control characters written as `\x1b`.
 
     Names of files, variables and keys in the message may come from a third-party project. An escape
-    sequence in them could clear the reader's screen or show lines that nobody has written.
+    sequence in them could clear the reader's screen or display forged lines.
     """
     return _CONTROLS.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
 
@@ -84,7 +84,7 @@ class InputError(Exception):
         column: int | None = None,
         hint: str = "",
     ) -> None:
-        place = getattr(file, "place", None)  # of a source that has lines of two files
+        place = getattr(file, "place", None)  # the source has lines from two files
         if place is not None and line is not None:
             file, line = place(line)
         self.message = message
@@ -133,7 +133,7 @@ def near(name: str, known: Iterable[str], every: str = "there are") -> str:
     if len(listed) <= _LISTED:
         return f"{every} {listed}"
     nearest = ", ".join(get_close_matches(name, names, cutoff=0.0))
-    return f"the nearest of {len(names)} are {nearest}"
+    return f"the most similar of {len(names)} are {nearest}"
 
 
 def refused(error: OSError) -> InputError:

@@ -1,7 +1,7 @@
-"""FB_ReadArea and FB_WriteArea once in every scan; called again, they do no harm and say so.
+"""FB_ReadArea and FB_WriteArea are called once per scan; a second call is harmless and reported.
 
-So do their twins FB_ReadAreaWords and FB_WriteAreaWords; FB_RcxTakeHead and
-FB_RcxDedicatedInputs find it out.
+The same holds for FB_ReadAreaWords and FB_WriteAreaWords. FB_RcxTakeHead and FB_RcxDedicatedInputs
+detect the second call.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ _OTHER = pytest.mark.parametrize("other", [False, True])
 @_TWINS
 @_OTHER
 def test_a_time_limit_stays_true_where_the_area_is_read_twice(twin: str, other: bool) -> None:
-    """5 s are 500 scans of 10 ms from the turn on. Source: pin Timeout of every block."""
+    """5 s are 500 scans of 10 ms from the start of the turn. Source: pin Timeout of every block."""
     plc = _bench(twin, other=other)
     plc["ReadTwice"] = plc["First.Execute"] = True
     taken = plc.scan_until(lambda: bool(plc["First.Error"]), most=600)
@@ -96,7 +96,7 @@ def test_a_time_limit_stays_true_where_the_area_is_read_twice(twin: str, other: 
 @_TWINS
 @_OTHER
 def test_reading_twice_is_noticed_and_the_first_reading_stands(twin: str, other: bool) -> None:
-    """The first reading is used.
+    """The second reading changes nothing.
 
     A second area belongs to another controller, so its answers must not be used.
     """
@@ -144,7 +144,7 @@ def test_a_second_reading_can_take_the_connection_away(twin: str) -> None:
 
 @_TWINS
 def test_a_second_reading_that_finds_no_link_is_no_scan_of_its_own(twin: str) -> None:
-    """The blocks report a lost connection, not a missing call.
+    """The blocks report a lost connection and not a missing call.
 
     Source: docs/reference/errors.md, 16#8001 and 16#8013.
     """
@@ -245,7 +245,7 @@ def test_without_reading_only_the_safety_inputs_can_be_taken_away(twin: str) -> 
     plc.change("First.Execute", to=True, scans=5)
     assert plc["WriteArea.ErrorID"] == 0x8037
     assert (plc.words[0], plc.inputs) == (0, ["SI00", "SI06"])
-    assert plc["First.ErrorID"] == 0x8017, "nor is it the scan of a block"
+    assert plc["First.ErrorID"] == 0x8017, "and the second area has no scan of a block"
     plc.change("Okay", to=False)
     assert plc.inputs == []
 
@@ -260,7 +260,7 @@ def test_without_writing_the_blocks_end_and_reading_says_why(twin: str) -> None:
 
 
 def test_an_instance_that_left_scans_to_another_one_begins_with_the_interval() -> None:
-    """Its timers do not include the changes that the other instance made.
+    """The timers of an instance do not include changes by the other instance.
 
     Source: chapter 5, 3, caution.
     """
@@ -268,7 +268,7 @@ def test_an_instance_that_left_scans_to_another_one_begins_with_the_interval() -
     changes: list[tuple[int, bytes]] = []
     before = plc.image[32:34]
     for scan in range(240):
-        # every 7 scans the other instance writes, and the servos are asked for and not
+        # every 7 scans the other instance writes, and servo on is requested or not
         plc["NoWrite"] = plc["WriteTwice"] = (scan // 7) % 2 == 1
         plc.change("ServoOn.Execute", to=scan % 40 < 20)
         if plc.image[32:34] != before:
@@ -289,7 +289,7 @@ def test_an_instance_that_left_scans_to_another_one_begins_with_the_interval() -
     ],
 )
 def test_no_margin_makes_the_interval_shorter(interval: str, margin: str, scans: int) -> None:
-    """SI(00) comes one spacing after the start, SI(06) one spacing later, in scans of 10 ms.
+    """SI(00) comes one spacing after the start, and SI(06) one spacing later, in scans of 10 ms.
 
     Source: manual chapter 5, 3, caution: 100 ms or more.
     """
@@ -319,7 +319,9 @@ def test_no_margin_makes_the_interval_shorter(interval: str, margin: str, scans:
 def test_no_start_goes_out_against_a_stop_that_is_asked_for(
     block: str, bit: str, pin: str, released: int
 ) -> None:
-    """The stop for 2 scans, released for some, and again; SI(01) alone needs no SI(06).
+    """The stop is requested for 2 scans, released for some scans, and requested again.
+
+    SI(01) alone does not need SI(06).
 
     Source: manual chapter 5, 2, SI(01), and chapter 5, 3.2: not with either of them OFF.
     """

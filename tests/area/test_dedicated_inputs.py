@@ -1,4 +1,7 @@
-"""FB_RcxDedicatedInputs: one change at a time, 100 ms and a margin apart (120 ms, 12 scans)."""
+"""FB_RcxDedicatedInputs makes one change at a time.
+
+Changes are 100 ms and a margin apart: 120 ms, which are 12 scans.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ from structured_text.engines.base import Value
 
 
 def _changes(plc: PlcBench, scans: int) -> list[tuple[int, str]]:
-    """Return each change as written: (time of the scan [ms], input with its new state)."""
+    """Return each change in the written area: (time of the scan [ms], input with its new state)."""
     found: list[tuple[int, str]] = []
     before = set(plc.inputs)
     for _ in range(scans):
@@ -104,7 +107,7 @@ def test_the_interval_is_a_parameter_but_never_below_100_ms(
 
 
 def test_the_default_margin_covers_an_rpi_of_100_ms_and_45_ms_of_jitter() -> None:
-    """A change may arrive one RPI and one 5 ms cycle late, and the next change at once."""
+    """A change may arrive late by an RPI and a 5 ms cycle, and the next change without delay."""
     plc = PlcBench(margin=None)
     assert [time for time, _ in _changes(plc, 60)] == [250, 500]
 
@@ -148,7 +151,9 @@ def alone(compiled: Alone) -> Alone:
 def test_a_request_from_before_a_second_reading_that_finds_no_link_does_not_go_out(
     alone: Alone,
 ) -> None:
-    """The first reading saw a link and a block requested SI(15); the second reading saw no link.
+    """In the first reading there was a link and a request of SI(15).
+
+    In the second there was no link.
 
     Source: manual chapter 1, 5.2.
     """
@@ -165,7 +170,7 @@ def test_a_request_from_before_a_second_reading_that_finds_no_link_does_not_go_o
 def test_after_scans_that_went_elsewhere_the_interval_begins_anew(
     alone: Alone, further: int
 ) -> None:
-    """Meanwhile the number of the scan may have started again after 65535.
+    """The number of the scan may have restarted after 65535 in the meantime.
 
     Source: manual chapter 5, 3, caution; head of the block.
     """
@@ -187,7 +192,7 @@ def test_every_change_is_the_one_that_the_rules_ask_for(alone: Alone, seed: int)
     chance, rules = Random(seed), InputRules()
     now, connected = 0, True
     wanted = dict.fromkeys((*SAFETY, *OTHERS), False)
-    #: How often a request changes: from many at once to none for a long time.
+    #: Probability of a change of a request, from frequent changes to none for a long time.
     for rate in (0.01, 0.1, 0.003, 0.03):
         for _ in range(250):
             for name in wanted:
@@ -230,4 +235,4 @@ def test_a_turn_whose_block_was_not_called_passes_to_the_first_that_was(
     assert found["Serving"] == lowest
     assert found["Holder"] == (0x12 if serving == lowest else 0)
     assert found["NextTicket"] == next_ticket
-    assert found["Lowest"] == next_ticket, "nobody has been seen in the next scan"
+    assert found["Lowest"] == next_ticket, "no block was called in the next scan"

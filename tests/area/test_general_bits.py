@@ -9,16 +9,18 @@ import pytest
 from alone import Alone
 from areas_bench import AreasBench
 
-#: Neither of these is a port: dedicated, not octal, reserved, or nowhere.
+#: Not ports of general-purpose bits: dedicated, not octal, reserved, or beyond the area.
 NO_PORTS = [-1, 0, 1, 8, 9, 16, 17, 20, 27, 32767, -32768]
 
-#: Dedicated bits; digits 8 and 9; ports 8, 9, 16 and beyond.
+#: Not general-purpose bits: dedicated bits; digits 8 and 9; ports 8, 9, 16 and beyond.
 NO_BITS = [0, 1, 6, 10, 17, 18, 19, 28, 29, 80, 87, 90, 97, 98, 99, 108, 158, 159, 160, 167, 200]
 NO_BITS += [-1, -20, -27, 32767, -32768]
 
 
 def test_the_manuals_values_of_port_2() -> None:
-    """SI2() = 7Fh is 127 for the program; SO2() = 127 shows 7Fh; SO(20) = 1 is (m + 34) 0.
+    """In the program, SI2() = 7Fh is 127. SO2() = 127 is 7Fh on the wire.
+
+    SO(20) = 1 is bit 0 of byte m + 34.
 
     Source: manual chapter 3, 2.1 and 2.2, examples of BIT information.
     """
@@ -97,9 +99,9 @@ def test_an_illegal_port_is_told_before_a_missing_connection(kind: str) -> None:
     assert plc.read(f"Read{kind}", Port=8) == (0, False, 0x8033)
 
 
-# --- the blocks alone, on an image in which no two words are alike ---
+# --- the blocks alone, on an image in which all words differ ---
 
-#: Ports as the manual prints them, and the byte of the area that each of them is.
+#: Ports as the manual prints them, and the byte of the area for each port.
 PRINTED = {
     **{port: 32 + port for port in range(2, 8)},
     **{port: 30 + port for port in range(10, 16)},
@@ -192,7 +194,7 @@ def test_every_port_and_every_bit_is_read_from_its_place(twin: str, size: int, o
 @pytest.mark.parametrize("kind", ["Bit", "Port"])
 @pytest.mark.parametrize("verb", ["Read", "Write"])
 def test_an_illegal_area_is_told_before_an_illegal_port(verb: str, kind: str, twin: str) -> None:
-    """The blocks of words report in the same order.
+    """The blocks for images of words report in the same order.
 
     Source: docs/reference/errors.md, 16#8030 and 16#8033.
     """

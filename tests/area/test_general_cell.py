@@ -1,4 +1,4 @@
-"""General-purpose I/O with the virtual controller: the robot program at the other end."""
+"""General-purpose I/O between the library and a robot program of the virtual controller."""
 
 from __future__ import annotations
 
@@ -27,7 +27,9 @@ def example(build_cell: Build) -> Cell:
 
 
 def test_words_and_bits_reach_the_robot_program_and_come_back(example: Cell) -> None:
-    """WAIT SI(20)=1, A%=SIW(2), SOW(2)=A%, SO(20)=1, all in images of words.
+    """The program has WAIT SI(20)=1, A%=SIW(2), SOW(2)=A% and SO(20)=1.
+
+    All images are images of words.
 
     Source: manual chapter 1, 2, mechanism of communication; chapter 3, 2.1 and 2.2.
     """

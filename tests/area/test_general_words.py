@@ -1,4 +1,4 @@
-"""General-purpose words: SIW, SOW, SID and SOD, and those that remote commands share."""
+"""General-purpose words: SIW, SOW, SID and SOD, and the words shared with remote commands."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import pytest
 
 from areas_bench import AreasBench
 
-#: Data of a remote command in all its words.
+#: Data of a remote command that uses all its words.
 DATA = list(range(0x0101, 0x0110))
 
 
@@ -26,13 +26,13 @@ def _show(plc: AreasBench, number: int, *words: int) -> None:
 
 
 def _written(plc: AreasBench, number: int) -> int:
-    """Return SIW(number) as it is on the wire."""
+    """Return SIW(number) from the written area."""
     at = plc.n + 2 * number
     return int.from_bytes(plc.image[at : at + 2], "little")
 
 
 def test_the_manuals_values_of_words_and_double_words_to_the_robot() -> None:
-    """SIW(2) = 01FFh is 511; SIW(2) = 0010h and SIW(3) = 0001h are SID(2) = 65552.
+    """SIW(2) = 01FFh is 511. SIW(2) = 0010h and SIW(3) = 0001h make SID(2) = 65552.
 
     Source: manual chapter 3, 2.1, examples of WORD information.
     """
@@ -44,7 +44,7 @@ def test_the_manuals_values_of_words_and_double_words_to_the_robot() -> None:
 
 
 def test_the_manuals_values_of_words_and_double_words_from_the_robot() -> None:
-    """SOW(2) = 512 is 0200h; SOD(2) = 69905 is SOW(2) = 1111h and SOW(3) = 0001h.
+    """SOW(2) = 512 is 0200h. SOD(2) = 69905 is SOW(2) = 1111h and SOW(3) = 0001h.
 
     Source: manual chapter 3, 2.2, examples of WORD information.
     """
@@ -196,7 +196,7 @@ def test_without_connection_no_word_is_believed(kind: str, number: int) -> None:
 
 
 def test_a_shared_word_is_valid_only_while_no_response_is_shown() -> None:
-    """Words m + 2 to m + 30 carry the response from the status on, until the reset is answered.
+    """Words m + 2 to m + 30 carry the response from the status until the reset is answered.
 
     Source: manual chapter 1, 4.1; guide chapter 1, 1.2 and chapter 2.
     """
@@ -226,14 +226,14 @@ def test_a_shared_word_is_valid_only_while_no_response_is_shown() -> None:
     look(3)
     plc.answer(0x0000)
     _show(plc, 4, 0x0777)
-    look()  # the reset is answered; ready is found at the end of this scan
+    look()  # the reset is answered, and the end of this scan sees the ready status
     assert valid[2:] == [False] * 7
     look()
     assert valid[-1] is True
 
 
 def test_a_status_that_nobody_asked_for_makes_the_shared_words_invalid_at_once() -> None:
-    """A PLC that starts may find a status of its last command at the controller.
+    """When a PLC starts, the controller may still show the status of its last command.
 
     Source: guide chapter 1, 1.2: a status other than 0x0000 has a response beside it.
     """
@@ -279,7 +279,7 @@ def test_a_running_command_is_never_disturbed_by_a_general_purpose_write() -> No
     plc.answer(0x0200)
     look(1)
     general = [0, *plc["Robot.Inner.General"][1:]]
-    assert plc.words == [0x0000, *general], "the status reset lets them out"
+    assert plc.words == [0x0000, *general], "the status reset releases the words"
     assert general[13] == (-plc.now_us + 10_000) & 0xFFFF
 
 
@@ -292,7 +292,7 @@ def test_what_is_written_during_a_command_goes_out_after_it() -> None:
     plc.answer(0x0200, scans=1)
     assert plc.words == [0, *[0] * 6, 0xBEEF, *[0] * 8]
     plc.answer(0, scans=5)
-    assert _written(plc, 7) == 0xBEEF, "and stays until something else is written"
+    assert _written(plc, 7) == 0xBEEF, "the word stays until it is written again"
 
 
 def test_word_1_belongs_to_the_commands_alone() -> None:
@@ -304,7 +304,7 @@ def test_word_1_belongs_to_the_commands_alone() -> None:
 
 
 def test_writes_go_on_without_connection_and_the_values_are_there_after_it() -> None:
-    """The image is not read meanwhile: manual chapter 1, 5.2."""
+    """The image is not read without a connection: manual chapter 1, 5.2."""
     plc = _up(size=256)
     plc.change("Connected", to=False)
     assert plc.write("WriteWord", Number=3, Value=0x0303) == 0

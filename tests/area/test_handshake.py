@@ -1,4 +1,4 @@
-"""FB_RcxHandshake: data, code, end, reset, ready: each in the order of the guide's chapter 2."""
+"""FB_RcxHandshake sends data, code, end, reset and ready in the order of the guide's chapter 2."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def test_a_command_whose_block_is_no_longer_called_is_held_to_its_end() -> None:
     assert plc["Second.Active"]
     plc.change("CallFirst", to=True)
     assert plc["First.ErrorID"] == 0x8013
-    assert plc["Second.Active"], "the late comer disturbs nobody"
+    assert plc["Second.Active"], "a late request changes nothing"
 
 
 def test_data_of_a_block_that_is_no_longer_called_never_becomes_a_command() -> None:
@@ -131,7 +131,7 @@ def test_when_the_controller_is_gone_the_code_is_withdrawn_and_nothing_restarts(
 
 
 def test_after_a_recovery_the_code_stays_0_until_the_controller_has_seen_it() -> None:
-    """The code stays 0 for one interval (120 ms here), so that a packet carries the 0."""
+    """The code stays 0 for one interval (120 ms here), so that a packet carries this 0."""
     plc = _plc()
     plc.change("Connected", to=False)
     plc["Connected"] = True
@@ -169,7 +169,7 @@ def test_after_such_a_fall_the_code_stays_0_until_the_controller_has_seen_it() -
 
 
 def test_a_status_that_nobody_asked_for_is_reset_before_the_first_command() -> None:
-    """A PLC that restarts finds the end status of its last command.
+    """A PLC that restarts reads the end status of its last command.
 
     Source: guide chapter 1, 1.2, code 0x0000: the status must be ready.
     """
@@ -190,7 +190,9 @@ def test_a_block_that_gives_up_with_its_data_out_hands_no_data_to_the_next_code(
     assert plc.words == [0x0000, *MOVE]
     plc.scan()
     assert plc["First.ErrorID"] == 0x8015
-    assert plc.words == [0x0000, 0x0001, *[0] * 14], "the second one's data, one scan alone"
+    assert plc.words == [0x0000, 0x0001, *[0] * 14], (
+        "data of the second command, one scan before its code"
+    )
     plc.scan()
     assert plc.words == [0x0501, 0x0001, *[0] * 14]
 
@@ -218,7 +220,10 @@ _STATUSES = (0x0000, 0x0000, 0x0000, 0x0100, 0x0100, 0x0200, 0x4000, 0x0300, 0x8
 def test_an_output_without_end_whose_block_has_gone_is_ended(
     alone: Alone, serving: int, lowest: int
 ) -> None:
-    """This includes the last ticket before the numbers start again. Source: guide 4.7.4."""
+    """The status reset ends such an output, also for the last ticket before the numbers restart.
+
+    Source: guide 4.7.4.
+    """
     alone["Robot.Connected"] = alone["Robot.SO.SO01_CpuOk"] = True
     alone["Robot.Inner.Code"], alone["Robot.Inner.Data[1]"] = 0x0505, 0x0001
     for now in (0, 50, 60):

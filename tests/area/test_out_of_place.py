@@ -1,6 +1,6 @@
-"""Calls before FB_ReadArea and behind FB_WriteArea: what of them may reach the wire, and what not.
+"""Calls before FB_ReadArea or after FB_WriteArea, and their effects on the wire.
 
-tests/contract/test_out_of_place.py tries every block; here is what they have no part in.
+tests/contract/test_out_of_place.py tries every block. These tests are about the other cases.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _CALLS = """Halt(Robot := Robot); Release(Robot := Robot); Stop(Robot := Robot);
 
 @cache
 def _compiled(words: str) -> PlcBench:
-    """Compile a program whose blocks are called at the places whose variables are TRUE."""
+    """Compile a program that calls its blocks at the places whose variables are TRUE."""
     image = "RCX_IMAGE_WORDS" if words else "RCX_IMAGE"
     panel = "Keys(Robot := Robot, Panel := Panel);"
     return PlcBench(
@@ -93,7 +93,7 @@ def _up(words: str = "") -> PlcBench:
 
 
 def _move(plc: PlcBench, place: str) -> None:
-    """Call the blocks there from now on, and in their place no more."""
+    """Call the blocks at this place from now on, and no longer at their proper place."""
     for name in ("Early", "There", "Late"):
         plc[name] = name == place
 
@@ -106,7 +106,7 @@ def _move(plc: PlcBench, place: str) -> None:
 def test_a_stop_acts_in_any_place_and_stays_until_a_block_in_its_place_releases_it(
     place: str, block: str, input_name: str, kept: list[str], words: str
 ) -> None:
-    """The stop goes out with the next FB_WriteArea, and the block reports where it was called.
+    """The next FB_WriteArea sends the stop, and the block reports where it was called.
 
     Source: manual chapter 5, 2: SI(00) and SI(06) OFF stop; docs/reference/errors.md, 16#8017.
     """
@@ -117,7 +117,7 @@ def test_a_stop_acts_in_any_place_and_stays_until_a_block_in_its_place_releases_
     plc.change(f"{block}.Execute", to=False)
     assert plc.inputs == kept
     plc.scan(30)
-    assert plc.inputs == kept, "it is held"
+    assert plc.inputs == kept, "the stop is held"
     release = {"Halt": "Release", "Stop": "Go"}[block]
     plc.change(f"{release}.Execute", to=True, scans=30)
     assert plc[f"{release}.ErrorID"] == OUT_OF_PLACE
@@ -167,7 +167,9 @@ def test_a_release_that_is_moved_before_its_input_is_on_puts_the_hold_back(
 @pytest.mark.parametrize("words", ["", "Words"], ids=["bytes", "words"])
 @pytest.mark.parametrize("place", PLACES)
 def test_what_was_asked_for_outside_of_the_two_does_not_go_out(place: str, words: str) -> None:
-    """Any block may have requested it, and a FB_WriteArea in between may have had an illegal area.
+    """Any block may have made the request.
+
+    A FB_WriteArea in between may have had an illegal area.
 
     Source: docs/explanation/scan-model.md, where a block is called.
     """
@@ -258,7 +260,10 @@ def test_a_panel_out_of_place_starts_nothing_says_so_and_still_stops(place: str)
 
 @pytest.mark.parametrize("place", PLACES)
 def test_a_work_cycle_out_of_place_is_a_fault(place: str) -> None:
-    """Run is an Execute: it does not come from there. Source: docs/reference/errors.md, 16#8017."""
+    """Run is an Execute, so it must not come from such a place.
+
+    Source: docs/reference/errors.md, 16#8017.
+    """
     plc = _up()
     plc.scan(2)
     _move(plc, place)
@@ -269,7 +274,7 @@ def test_a_work_cycle_out_of_place_is_a_fault(place: str) -> None:
     assert plc.inputs == ["SI00", "SI06"]
 
 
-# --- with the virtual robot: does it move? ---
+# --- movements with the virtual robot ---
 
 _CELL = """PROGRAM Places
   VAR
@@ -322,7 +327,9 @@ def moved(build_cell: Callable[..., Cell], tmp_path: Path) -> Callable[[str, str
 def test_a_relative_movement_goes_its_way_once_or_not_at_all(
     moved: Callable[[str, str, int], Cell], engine: str, skip: str
 ) -> None:
-    """This holds with and without status 0x0100. Place 3 is between the areas of another robot.
+    """A relative movement is made once or not at all, with and without status 0x0100.
+
+    Place 3 is between the area blocks of another robot.
 
     Source: remote command guide 1.2: the status 0x0100 may be skipped; docs/reference/errors.md,
     16#8017.

@@ -1,4 +1,4 @@
-"""FB_ReadArea: the controller's outputs out of the process image."""
+"""FB_ReadArea reads the controller's outputs from the process image."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from plc_bench import PlcBench
 from rcx_harness import spec
 from structured_text.output.toml_files import load_toml
 
-#: Dedicated outputs as chapter 5, 2 prints them: (byte from m, bit, field of RCX_SO).
+#: Dedicated outputs as in chapter 5, 2: (byte from m, bit, field of RCX_SO).
 PRINTED = [
     (32, 0, "SO00_EmergencyStop"),
     (32, 1, "SO01_CpuOk"),
@@ -92,7 +92,7 @@ def test_an_image_may_be_as_small_as_its_area() -> None:
 
 
 def test_the_scans_of_robots_in_one_image_have_different_numbers() -> None:
-    """The numbers start at m, so a block that switches to another robot notices it.
+    """The scan numbers begin at m, so a block that is switched to another robot notices it.
 
     Source: head of FB_RcxTakeHead, Start.
     """
@@ -138,7 +138,7 @@ END_PROGRAM
     ("block", "image"), [("FB_ReadArea", "InputArea"), ("FB_ReadAreaWords", "InputWords")]
 )
 def test_connected_left_open_is_no_connection(block: str, image: str) -> None:
-    """A lost link would not be seen: it is FALSE until it is wired.
+    """The pin Connected is FALSE until it is wired, because a lost link would not be noticed.
 
     Source: manual chapter 1, 5.2: communication is disabled in the connection error state.
     """

@@ -1,4 +1,4 @@
-"""FB_RcxScanTime: whole milliseconds since the last scan, of which none is lost."""
+"""FB_RcxScanTime counts whole milliseconds since the last scan and loses none."""
 
 from __future__ import annotations
 
@@ -64,7 +64,10 @@ def test_from_65_s_on_it_is_65535_and_goes_on_from_there(engine: str) -> None:
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("scan_us", [1_000, 2_000, 4_000, 8_000, 16_000, 128_000, 333, 7_777])
 def test_a_long_run_loses_and_gains_nothing(engine: str, scan_us: int) -> None:
-    """On matiec about half of the time literals are one nanosecond short; they must not add up."""
+    """On matiec about half of the time literals are one nanosecond short.
+
+    The errors must not add up.
+    """
     _, total = _counted(engine, [scan_us] * 3000)
     assert total == scan_us * 3000 // 1000
 

@@ -1,4 +1,7 @@
-"""Words 2 to 15 come from what FB_ReadArea took; a hold is released by nobody who is overruled."""
+"""Words 2 to 15 come from the area that FB_ReadArea read.
+
+Only a block that is not overruled can release a hold.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +31,7 @@ def _reader(block: str) -> Alone:
 def test_a_word_that_commands_share_is_the_one_that_was_read_with_the_status(
     block: str, values: tuple[int, int], number: int
 ) -> None:
-    """The image may be newer than the status that says to which command the word belongs.
+    """The image may be newer than the status, which says to which command the word belongs.
 
     Source: manual chapter 1, 4.1 and 4.2: words 2 to 15 are the responses of remote commands.
     """
@@ -59,7 +62,7 @@ def test_a_word_that_commands_share_is_the_one_that_was_read_with_the_status(
 def test_interval_and_margin_are_those_of_the_pins(
     twin: str, interval: int, margin: int, spacing: int
 ) -> None:
-    """SI(00) comes one spacing after the start of the PLC, SI(06) one spacing after SI(00).
+    """SI(00) comes one spacing after the start of the PLC, and SI(06) one spacing after SI(00).
 
     Source: manual chapter 5, 3.1, caution.
     """

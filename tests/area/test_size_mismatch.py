@@ -1,4 +1,4 @@
-"""The area's size has to be the same at the master and at the controller."""
+"""The area must have the same size in the master and in the controller."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PROGRAM = ROOT / "tests/data/library/Areas.st"
 
 
 def _cell(build: Build, plc: int, robot: int, **options: object) -> Cell:
-    """Return a cell whose PLC, with its blocks, has areas of `plc` bytes."""
+    """Return a cell with areas of `plc` bytes in the PLC and its blocks."""
     cell = build(PROGRAM, scan="10ms", size=plc, robot=RobotConfig(size=robot), **options)
     for block in ("ReadArea", "WriteArea", "ReadBit", "WriteBit", "ReadWord", "WriteWord"):
         cell[f"Main.{block}.Size"] = plc

@@ -1,6 +1,7 @@
-"""FB_ReadAreaWords and FB_WriteAreaWords: the same area in an image of words.
+"""FB_ReadAreaWords and FB_WriteAreaWords use the same area in an image of words.
 
-AreasBench compares both twins after every scan; the tests here check what it cannot show.
+AreasBench compares the twins after every scan. These tests check what such a comparison cannot
+show.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ def test_code_data_and_dedicated_inputs_go_to_their_words_and_no_others(size: in
 
 
 def test_both_twins_agree_in_every_scan_whatever_the_controller_answers() -> None:
-    """A run with answers drawn from a seed; AreasBench compares after each scan."""
+    """The answers are random. AreasBench compares the twins after each scan."""
     draw = Random(20)
     plc = AreasBench(m=10, n=20)
     plc["First.Code"], plc["First.Data[15]"] = 0x0505, 0xFFFF
@@ -77,7 +78,9 @@ def test_an_odd_offset_is_refused_in_an_image_of_words(offset: int) -> None:
     assert plc["RobotW.Connected"] is False
     assert plc["RobotW.SO.SO01_CpuOk"] is False
     assert plc.word_image == bytes([0xA5] * 512)
-    assert plc["ReadArea.ErrorID"] == plc["WriteArea.ErrorID"] == 0, "bytes may lie anywhere"
+    assert plc["ReadArea.ErrorID"] == plc["WriteArea.ErrorID"] == 0, (
+        "an area of bytes may begin anywhere"
+    )
 
 
 @pytest.mark.parametrize(
@@ -126,7 +129,7 @@ def test_a_smaller_image_is_told_by_its_size_in_bytes() -> None:
 
 @pytest.mark.parametrize("size", [0, 47, -32768])
 def test_no_area_lies_in_an_image_that_is_too_small(size: int) -> None:
-    """The result is also right if the image's size minus the area's does not fit into an INT."""
+    """A small image is refused even if its size minus the area's size does not fit into an INT."""
     plc = AreasBench(m=0, n=0)
     plc.change("ReadArea.ImageSize", "WriteArea.ImageSize", to=size)
     assert plc["ReadAreaW.ErrorID"] == plc["WriteAreaW.ErrorID"] == 0x8031

@@ -1,4 +1,4 @@
-"""FB_WriteArea: bytes that it writes into the process image, and bytes that it does not touch."""
+"""FB_WriteArea writes certain bytes of the process image and does not change the others."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from head_rules import OTHERS, SAFETY, Channel, HeadRules, bits_of
 from plc_bench import PlcBench
 from shown import differences
 
-#: Dedicated inputs as chapter 5, 2 prints them: (byte from n, bit, field of RCX_SI).
+#: Dedicated inputs as in chapter 5, 2: (byte from n, bit, field of RCX_SI).
 PRINTED = [
     (32, 0, "SI00_EmergencyStop"),
     (32, 1, "SI01_ServoOn"),
@@ -113,7 +113,7 @@ def head() -> Alone:
 
 
 def test_times_beyond_all_measure_leave_no_time_of_32_bits(head: Alone) -> None:
-    """8 days of each count: the spacing, and Margin once more, stay below 2^31 ms (24.8 days)."""
+    """With 8 days each, the spacing plus Margin stays below 2^31 ms (24.8 days)."""
     head.restart()
     head["Block.Interval"] = head["Block.Margin"] = "T#24d"
     head.scan(0)
@@ -136,7 +136,7 @@ _DAY_MS = 86_400_000
 def test_each_time_has_its_own_limits_in_every_scan(
     head: Alone, interval: str, margin: str, spacing_ms: int, extra_ms: int
 ) -> None:
-    """The earlier values of the times do not matter.
+    """The earlier values of the times have no effect.
 
     Source: head of FB_RcxMakeHead: 8 days of each count.
     """

@@ -1,4 +1,4 @@
-"""The blocks that write to the robot program, before and after FB_WriteArea, beside a command."""
+"""Blocks that write to the robot program, called around FB_WriteArea, during a command."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _PROGRAM = """PROGRAM Bench
   END_IF;
 END_PROGRAM
 """
-#: Each writing block: the numbers that it takes, and a value in each scan.
+#: Each writing block, with the numbers that it accepts and a value for each scan.
 _WRITERS = {
     "FB_WriteWord": range(2, 16),
     "FB_WriteDoubleWord": range(2, 16, 2),

@@ -1,4 +1,4 @@
-"""`rcx bridge` as a user starts it, and what it says when something is wrong."""
+"""`rcx bridge` works as a user starts it, and reports errors."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def plc(server: ModbusPlc) -> ModbusPlc:
 
 @pytest.fixture
 def bridge(plc: ModbusPlc, adapter: Adapter) -> Start:
-    """Return a function that runs `rcx bridge` between both, with time for slow computers."""
+    """Return a function that runs `rcx bridge` between both sides, with time for slow computers."""
 
     def start(*options: str) -> int:
         host, port = adapter.address
@@ -151,7 +151,7 @@ def test_a_robot_that_has_a_master_is_not_taken_away(
     with Scanner(host, port=port, io_port=0, multiplier=7) as master:
         master.open()
         assert bridge() == 2
-    assert "another master has it: disconnect that first" in capsys.readouterr().err
+    assert "another master owns the robot: disconnect that master first" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -226,7 +226,7 @@ def test_with_wait_it_starts_before_either_side_and_finds_both(adapter: Adapter)
 
 
 def test_the_page_names_every_option_with_its_default(repository: Path) -> None:
-    """docs/how-to/bridge.md is written by hand; its table must not fall behind."""
+    """docs/how-to/bridge.md is written by hand, so its table is compared with the options."""
     page = (repository / "docs/how-to/bridge.md").read_text(encoding="utf-8")
     rows = dict(re.findall(r"^\| `(--[a-z]+)` \|.*\|([^|]*)\|$", page, re.MULTILINE))
     expected = {}
@@ -246,11 +246,11 @@ def test_an_exchange_that_ends_by_itself_ends_the_command_with_1(
 ) -> None:
     """Two threads exchange data and hold the robot's connection.
 
-    The end of either ends the command.
+    The end of either thread ends the command.
     """
 
     def fail(worker: object) -> None:
-        raise SystemExit  # a thread that ends without a traceback
+        raise SystemExit  # end a thread without a traceback
 
     monkeypatch.setattr(part, work, fail)
     assert bridge() == 1
@@ -261,6 +261,6 @@ def wait_for(running: Running, wanted: State) -> tuple[float, State, str]:
     """Return the next report of this state."""
     while True:
         news = running.news.get(timeout=60)
-        assert news is not None, "it has ended"
+        assert news is not None, "the command has ended"
         if news[1] is wanted:
             return news

@@ -1,6 +1,6 @@
-"""The decisions of the bridge, on a simulated clock.
+"""The bridge makes its decisions, tested with a simulated clock.
 
-A scene is one PLC, one robot and the bridge between them; `Scene.go` is one exchange.
+A scene has a PLC, a robot and the bridge between them. `Scene.go` runs one exchange.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from rcx_harness.bridge.core import (
 _MS = 1_000
 _PERIOD_US = 10 * _MS
 _LIMITS = Limits(gap_us=100 * _MS, beat_us=500 * _MS, hold_us=200 * _MS)
-#: SI(00) and SI(06) ON (byte 32), a general purpose bit SI(20) (byte 34); code and data 0.
+#: SI(00) and SI(06) ON (byte 32), and a general-purpose bit SI(20) (byte 34). Code and data are 0.
 _REQUESTING = bytes(32) + bytes([0x41, 0x00, 0x01]) + bytes(13)
 _NOT_REQUESTING = bytes(34) + bytes([0x01]) + bytes(13)
 #: Status 0x0200, SOW(2) = 0x1234, SO(01) CPU_OK.
@@ -33,7 +33,7 @@ _ZERO = bytes(48)
 
 @dataclass
 class Scene:
-    """Both sides as they are, and what the bridge made of them."""
+    """The state of both sides, and the resulting actions of the bridge."""
 
     limits: Limits = _LIMITS
     area: bytes = _NOT_REQUESTING
@@ -98,7 +98,7 @@ def test_words_are_little_endian_as_the_library_reads_them() -> None:
 
 
 def test_at_the_start_the_plc_sees_no_connection_for_the_hold_time() -> None:
-    """First answer, then 200 ms of zeros that it has taken: exchanges 1, 2 and 20 more."""
+    """The first answer is followed by 200 ms of zeros: exchanges 1, 2 and 20 more."""
     assert Scene().until_run() == 22
 
 
@@ -116,11 +116,11 @@ def test_the_life_word_is_never_0_while_it_runs() -> None:
     lives = [scene.go(after_us=1).life for _ in range(0x10000)]
     assert 0 not in lives
     assert max(lives) == 0xFFFF
-    assert 1 in lives, "it wraps to 1"
+    assert 1 in lives, "the life word wraps to 1"
 
 
 def test_a_lost_plc_is_zero_on_the_wire_at_once(running: Scene) -> None:
-    """SI(00), SI(06) and everything else.
+    """SI(00), SI(06) and all other data are zero.
 
     Source: manual chapter 1, 5.2.
     """
@@ -139,7 +139,7 @@ def test_a_lost_robot_is_zero_in_the_plc_at_once(running: Scene) -> None:
 def test_after_any_loss_nothing_passes_until_the_plc_has_cleared_code_and_dedicated_inputs(
     running: Scene, side: str
 ) -> None:
-    """A command that was out, or SI(00), must not come back by itself."""
+    """A command that was running, or SI(00), must not start again by itself."""
     setattr(running, side, False)
     running.go()
     setattr(running, side, True)
@@ -149,7 +149,7 @@ def test_after_any_loss_nothing_passes_until_the_plc_has_cleared_code_and_dedica
     assert running.go().reason == "it still holds the remote command 16#0001"
     running.area = _NOT_REQUESTING
     assert running.go().state is State.RUN
-    assert running.last.to_robot == _NOT_REQUESTING, "general purpose inputs are the PLC's to keep"
+    assert running.last.to_robot == _NOT_REQUESTING, "the PLC may keep general-purpose inputs"
 
 
 @pytest.mark.parametrize(
@@ -177,7 +177,7 @@ def test_a_short_loss_of_the_robot_is_shown_to_the_plc_for_the_whole_hold_time(
     scene.robot_there = False
     scene.go()
     scene.robot_there = True
-    assert scene.until_run() == 21, "one answer to the zeros, 200 ms"
+    assert scene.until_run() == 21, "the first answer to the zeros, then 200 ms"
 
 
 def test_the_hold_time_of_a_lost_plc_begins_with_the_first_writing_it_has_taken(
@@ -200,7 +200,7 @@ def test_a_plc_that_comes_and_goes_begins_again_each_time() -> None:
 
 
 def test_time_without_a_robot_counts_for_the_hold_time() -> None:
-    """The PLC has had the news all along."""
+    """The PLC has received the loss during all of this time."""
     scene = Scene(robot_there=False)
     scene.go(50)
     scene.robot_there = True
@@ -208,7 +208,10 @@ def test_time_without_a_robot_counts_for_the_hold_time() -> None:
 
 
 def test_a_program_that_has_not_run_since_the_loss_delays_the_restart() -> None:
-    """The program runs again after two beats: the first may be of a scan from before the loss."""
+    """The program counts as running after two beats.
+
+    The first beat may be from a scan before the loss.
+    """
     scene = Scene(beats=False, limits=Limits(_LIMITS.gap_us, 60_000 * _MS, _LIMITS.hold_us))
     assert scene.go(100).reason == "its program has not run since"
     scene.beat += 1
@@ -218,9 +221,9 @@ def test_a_program_that_has_not_run_since_the_loss_delays_the_restart() -> None:
 
 
 def test_a_heartbeat_that_stands_still_is_the_loss_of_the_plc(running: Scene) -> None:
-    """The Modbus server answers, but the program has stopped."""
+    """The Modbus server still answers, but the program has stopped."""
     running.beats = False
-    assert running.go(50).state is State.RUN, "500 ms are not more than 500 ms"
+    assert running.go(50).state is State.RUN, "exactly 500 ms are not too long"
     assert running.go().state is State.STANDING
     assert running.last.reason == f"its heartbeat has been {running.beat} for 510 ms"
     assert running.go(1000).state is State.STANDING
@@ -251,7 +254,7 @@ def test_a_wrap_of_the_heartbeat_is_a_beat() -> None:
 
 
 def test_two_readings_too_far_apart_are_the_loss_of_the_plc(running: Scene) -> None:
-    """Two changes of dedicated inputs could come out together.
+    """Two changes of dedicated inputs could be sent together.
 
     Source: manual chapter 5, 3, caution: 100 ms between two changes.
     """

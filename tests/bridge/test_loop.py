@@ -1,4 +1,4 @@
-"""One exchange of the bridge: its order, its duration and its failures, on a simulated clock."""
+"""The bridge's exchange has its order, duration and failures, tested with a simulated clock."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _ANSWERS = bytes(range(48))
 
 @dataclass
 class Room(PlcLink):
-    """A PLC, a robot and a clock; all that is done to them, in its order."""
+    """A PLC, a robot and a clock, with all calls in their order."""
 
     now_us: int = 0
     done: list[tuple[str, object]] = field(default_factory=list)
@@ -29,7 +29,7 @@ class Room(PlcLink):
     words: list[int] = field(default_factory=lambda: [0] * 25)
 
     def clock(self) -> int:
-        """Return the room's time [us]."""
+        """Return the simulated time [us]."""
         return self.now_us
 
     def connect(self) -> None:
@@ -44,7 +44,7 @@ class Room(PlcLink):
         return tuple(self.words)
 
     def write(self, words: Sequence[int]) -> None:
-        """Note the call."""
+        """Record the call."""
         self._do("write", tuple(words))
 
     def _do(self, what: str, value: object = None) -> None:
@@ -55,14 +55,14 @@ class Room(PlcLink):
             raise PlcError(f"{what} failed")
 
     def names(self) -> list[str]:
-        """Return what has been done since the last call."""
+        """Return the calls since the last call of this function."""
         names = [name for name, _ in self.done]
         self.done.clear()
         return names
 
 
 class Robot(RobotLink):
-    """The robot in the same room."""
+    """The robot that shares the PLC's room."""
 
     def __init__(self, room: Room) -> None:
         self.room = room
@@ -75,7 +75,7 @@ class Robot(RobotLink):
         return _ANSWERS if self.there else Lost("cut")
 
     def write(self, image: bytes, valid_us: int | None) -> None:
-        """Note the call."""
+        """Record the call."""
         self.room.done.append(("robot", image))
         self.image, self.valid_us = image, valid_us
 
@@ -175,7 +175,7 @@ def test_a_plc_that_is_not_there_is_asked_again_after_half_a_second(loop: Loop, 
     room.now_us += 499_999
     loop.turn()
     assert room.names() == ["robot"]
-    assert loop.reason == "connect failed", "the reason stays"
+    assert loop.reason == "connect failed", "the reason does not change"
     room.now_us += 1
     loop.turn()
     assert room.names() == ["connect", "robot"]
@@ -210,7 +210,7 @@ def test_at_the_end_both_sides_have_zeros(loop: Loop, room: Room, robot: Robot) 
     assert robot.valid_us is None
     room.connected = False
     loop.end()
-    assert room.names()[2:] == ["robot"], "nobody is written to who is not there"
+    assert room.names()[2:] == ["robot"], "a side that is not connected gets no data"
 
 
 def test_a_plc_that_fails_during_the_last_writing_does_no_harm(loop: Loop, room: Room) -> None:
@@ -220,14 +220,14 @@ def test_a_plc_that_fails_during_the_last_writing_does_no_harm(loop: Loop, room:
 
 
 def test_figures_are_of_the_exchanges_that_succeeded(loop: Loop, room: Room) -> None:
-    """Reading and writing take 2 ms each; 10 ms pass from one exchange to the next."""
+    """Reading and writing take 2 ms each, and exchanges are 10 ms apart."""
     run(loop, room)
     for _ in range(20):
         room.now_us += 6_000
         loop.turn()
     rate = loop.figures.look(room.now_us + 3_000)
     assert (rate.median_us, rate.age_us) == (4_000, 3_000)
-    assert rate.max_us == 6_000, "the first one had to connect"
+    assert rate.max_us == 6_000, "the first exchange had to connect"
     assert rate.per_second == pytest.approx(100.0)
     room.fails.add("read")
     loop.turn()
@@ -277,7 +277,7 @@ def test_figures_of_another_time_are_not_shown() -> None:
 
 
 def test_an_area_and_the_word_behind_it_are_one_request_of_48_two_of_256_bytes() -> None:
-    """Modbus: 125 registers are read, 123 written at once. Double words are not cut in two."""
+    """Modbus reads 125 registers at once and writes 123. Double words are not split."""
     assert list(Registers(0, 1024, 48).parts(1024)) == [(1024, 25)]
     assert list(Registers(100, 1024, 256).parts(100)) == [(100, 120), (220, 9)]
 

@@ -1,4 +1,4 @@
-"""The OpenPLC example behind the bridge, with the virtual controller on the other side."""
+"""The OpenPLC example runs behind the bridge, with the virtual controller on the other side."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _FIRST_MEMORY = 1024
 
 
 class OpenPlc:
-    """The example on the built-in engine, its located words in Modbus registers as OpenPLC's are.
+    """The example on the built-in engine, with its located words in Modbus registers as in OpenPLC.
 
-    %QWk is holding register k, %MWk holding register 1024 + k.
+    %QWk is holding register k, and %MWk is holding register 1024 + k.
     """
 
     def __init__(self, program: Program) -> None:
@@ -81,7 +81,7 @@ def dedicated(bench: BridgeBench) -> int:
 def test_the_button_switches_the_servos_on_and_no_rule_is_broken(
     bench: BridgeBench, plc: OpenPlc
 ) -> None:
-    """Initial servo ON process, with 100 ms between two changes at the controller.
+    """The initial servo ON process has 100 ms between two changes at the controller.
 
     Source: manual chapter 5, 3.1 and caution.
     """
@@ -97,7 +97,7 @@ def test_the_button_switches_the_servos_on_and_no_rule_is_broken(
 def test_a_lost_plc_stops_the_robot_and_comes_back_without_a_servo(
     bench: BridgeBench, plc: OpenPlc
 ) -> None:
-    """SI(00) and SI(06) OFF with the next packet; nothing starts again by itself.
+    """SI(00) and SI(06) are OFF in the next packet. Nothing starts again by itself.
 
     Source: manual chapter 1, 5.2.
     """
@@ -109,7 +109,7 @@ def test_a_lost_plc_stops_the_robot_and_comes_back_without_a_servo(
     assert not bench.controller.machine.si00
     assert not bench.controller.machine.si06
     bench.step(30)
-    assert not plc.program.read("Main.Connected"), "the life word stands still"
+    assert not plc.program.read("Main.Connected"), "the life word does not change"
 
     bench.plc.start()
     bench.until(lambda: bench.loop.state is State.RUN)
@@ -120,10 +120,11 @@ def test_a_lost_plc_stops_the_robot_and_comes_back_without_a_servo(
     assert not bench.controller.violations
 
 
+@pytest.mark.exhaustive
 def test_a_lost_robot_is_seen_by_the_program_and_comes_back_with_its_alarm(
     bench: BridgeBench, plc: OpenPlc
 ) -> None:
-    """Alarm 12.552 after the recovery: reset, then servo on.
+    """After the recovery there is alarm 12.552, which needs an alarm reset and then servo on.
 
     Source: manual chapter 1, 5.2; chapter 4, 4.
     """
@@ -159,11 +160,13 @@ def test_a_program_that_stops_stops_the_robot(bench: BridgeBench, plc: OpenPlc) 
     bench.until(lambda: bench.loop.state is State.STANDING, most=30)
     bench.step()
     assert dedicated(bench) == 0
-    assert program.read("Main.Q16") == INPUTS["SI00"] | INPUTS["SI06"], "its words still ask"
+    assert program.read("Main.Q16") == INPUTS["SI00"] | INPUTS["SI06"], (
+        "the last words still request the servos"
+    )
 
 
 def test_it_runs_in_the_virtual_cell_as_behind_a_bridge(build_cell: Callable[..., Cell]) -> None:
-    """%MW and %Q: the word behind the inputs is the life word, and a loss is zeros."""
+    """The word after the inputs is the life word, and a loss gives zeros, in %MW and %Q."""
     cell = build_cell(sorted(_EXAMPLE.glob("*.st")), engine="builtin")
     Stimulus.load(_EXAMPLE / "stimulus.toml").schedule(cell)
     cell.run_until(lambda: cell["Main.Complete"], within="3s")
@@ -179,7 +182,7 @@ def test_it_runs_in_the_virtual_cell_as_behind_a_bridge(build_cell: Callable[...
 
 @pytest.mark.exhaustive
 def test_areas_of_256_bytes_pass_whole() -> None:
-    """The first and the last word, in both directions.
+    """The test checks the first and the last word in both directions.
 
     Source: manual chapter 1, 4.2.
     """

@@ -1,4 +1,4 @@
-"""The PLC's registers over real Modbus TCP, with a pymodbus server for the PLC."""
+"""The PLC's registers are accessed over real Modbus TCP, with a pymodbus server as the PLC."""
 
 from __future__ import annotations
 

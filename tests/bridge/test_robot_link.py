@@ -1,4 +1,4 @@
-"""The robot's side: what keeps the connection, and what ends it."""
+"""The robot's side of the bridge: reasons for which its connection continues or ends."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _MOST_POLLS = 60_000
 
 
 class Network:
-    """Scanners that are returned one after the other."""
+    """A network that returns its scanners one after the other."""
 
     def __init__(self, *scanners: FakeScanner) -> None:
         self.scanners = list(scanners)
         self.link = RobotLink("robot", 48, self.connect)
 
     def connect(self) -> FakeScanner:
-        """Return the next scanner; if none is left, no robot answers."""
+        """Return the next scanner. If none is left, no robot answers."""
         if not self.scanners:
             raise EnipError("nobody there")
         return self.scanners.pop(0)
@@ -46,7 +46,7 @@ def test_before_packets_come_the_robot_is_not_there() -> None:
     link = Network(scanner).link
     assert link.read() == Lost("robot: not connected yet")
     link.opener.open()
-    assert link.read() == Lost("robot: packets have not come yet")
+    assert link.read() == Lost("robot: no packets have arrived yet")
     scanner.dropped = "of a wrong length (20 bytes instead of 50)"
     assert link.read() == Lost(
         "robot: packets arrive, but cannot be used: they are "
@@ -89,7 +89,9 @@ def test_a_refusal_closes_the_scanner_and_says_what_to_do() -> None:
         link.opener.open()
     assert scanner.done[-1] == "close"
     assert "0x0106, another master owns the outputs" in str(refused.value)
-    assert str(refused.value).endswith("; another master has it: disconnect that first")
+    assert str(refused.value).endswith(
+        "; another master owns the robot: disconnect that master first"
+    )
 
 
 @pytest.fixture
@@ -110,17 +112,17 @@ def link(adapter: Adapter) -> Iterator[RobotLink]:
 
 
 def until(what: Callable[[], bool]) -> None:
-    """Look until something is so."""
+    """Poll until the condition holds."""
     pause = threading.Event()
     for _ in range(_MOST_POLLS):
         if what():
             return
         pause.wait(0.001)
-    raise AssertionError("it does not happen")
+    raise AssertionError("the condition was never true")
 
 
 def received(link: RobotLink) -> int:
-    """Return the packets that have come from the adapter."""
+    """Return the packets that have arrived from the adapter."""
     look = link.look()
     return look[0].received if look else 0
 
@@ -143,7 +145,7 @@ def test_expired_words_are_not_sent_until_new_words_come(adapter: Adapter, link:
     until(lambda: adapter.shared.owner is OwnerState.RUN)
     link.write(bytes([1] * 48), 0)
     before = received(link)
-    until(lambda: received(link) >= before + 2)  # what was under way has arrived
+    until(lambda: received(link) >= before + 2)  # packets under way have arrived
     arrived = adapter.shared.status().received
     until(lambda: received(link) >= before + 22)
     assert adapter.shared.status().received == arrived

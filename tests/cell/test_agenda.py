@@ -1,4 +1,4 @@
-"""The order of a cell's events, single and repeated."""
+"""A cell runs its single and repeated events in order."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ Seen = list[tuple[int, str]]
 
 
 def noted(seen: Seen, name: str) -> Action:
-    """Return an event that notes its time."""
+    """Return an event that records its time."""
     return lambda now_us: seen.append((now_us, name))
 
 
@@ -37,7 +37,9 @@ def test_repeated_and_single_events_keep_their_order() -> None:
 
 
 def test_each_kind_of_event_is_over_before_the_next() -> None:
-    """At equal times all cycles come before all packets, those of the first controller first.
+    """At equal times all cycles come before all packets.
+
+    Those of the first controller come first.
 
     Source: rcx_harness.cell.clock, first paragraph.
     """
@@ -68,7 +70,7 @@ def test_another_period_counts_from_the_next_event_on() -> None:
 
 
 def test_repeated_events_go_on_after_a_restore() -> None:
-    """An agenda that is set back gives the same events again.
+    """An agenda that is restored runs the same events again.
 
     Source: Agenda.snapshot.
     """

@@ -1,4 +1,4 @@
-"""An impossible argument of a cell is refused at once, with one sentence."""
+"""An illegal argument of a cell is refused at once with a single sentence."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def _build(repository: Path, folder: Path, **options: Any) -> Cell:
 
 @pytest.fixture(scope="module")
 def cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cell]:
-    """Return the same cell for all tests; a refused call does not change it."""
+    """Return a cell that all tests share. A refused call does not change it."""
     with _build(Path(__file__).parents[2], tmp_path_factory.mktemp("lib")) as made:
         yield made
 
@@ -33,7 +33,7 @@ def test_a_number_of_scans_is_a_whole_number_from_0_on(cell: Cell, number: Any) 
     with pytest.raises(InputError, match="the number of scans cannot be"):
         cell.scan(number)
     with pytest.raises(InputError, match="scans cannot be"), cell.takes(scans=number):
-        raise AssertionError("it is refused before anything runs")
+        raise AssertionError("the call is refused before anything runs")
     assert (cell.scans, cell.now_us) == (0, 0)
 
 
@@ -65,7 +65,7 @@ _CALLS: list[tuple[Callable[[Cell], object], str]] = [
     (lambda c: c.overrun(_NAN), "late_us cannot be nan"),  # type: ignore[arg-type]
     (lambda c: c.change_interval(0), "rpi_us cannot be 0; use a whole number from 1000 to 3200000"),
     (lambda c: c.change_interval(True), "rpi_us cannot be True"),
-    (lambda c: c.start_plc("hot"), "start = 'hot' is not a start"),
+    (lambda c: c.start_plc("hot"), "start = 'hot' is not a kind of start"),
     (lambda c: c.at(_NAN, lambda: None), "t_us cannot be nan"),  # type: ignore[arg-type]
     (lambda c: c.at(-1, lambda: None), "t_us cannot be -1"),
     (lambda c: c.give_area("00"), "area is '00', not bytes"),  # type: ignore[arg-type]

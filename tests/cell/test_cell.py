@@ -32,7 +32,7 @@ def test_at_equal_times_the_controller_comes_before_the_plc(raw_cell: Build) -> 
 
 
 def test_an_output_travels_with_the_next_packet_and_the_next_cycle(raw_cell: Build) -> None:
-    """Written at 100 ms, sent at 112 ms (RPI 16 ms), seen in the cycle at 115 ms."""
+    """The output is written at 100 ms, sent at 112 ms (RPI 16 ms) and read at 115 ms."""
     cell = raw_cell(scan="50ms", rpi="16ms", robot=AT_ONCE)
     cell.run("60ms")
     cell["Main.Bits0"] = 1
@@ -44,7 +44,7 @@ def test_an_output_travels_with_the_next_packet_and_the_next_cycle(raw_cell: Bui
 
 
 def test_a_packet_carries_what_the_outputs_were_when_it_was_produced(raw_cell: Build) -> None:
-    """Late packets show old contents, in their order."""
+    """Late packets contain old data, in their order."""
     cell = raw_cell(scan="10ms", rpi="10ms", jitter="40ms", robot=AT_ONCE, seed=3)
     for _ in range(60):
         cell["Main.Data"] = cell.scans % 250
@@ -79,7 +79,7 @@ def test_the_same_seed_gives_the_same_run(raw_cell: Build) -> None:
 
 
 def test_link_loss_is_seen_by_both_sides_after_the_time_out(raw_cell: Build) -> None:
-    """Loss: SI(00) and SI(06) turn off inside the controller, so SO(00) turns ON.
+    """On a loss, SI(00) and SI(06) turn OFF inside the controller, so SO(00) turns ON.
 
     Source: manual chapter 1, 5, 2.
     """
@@ -124,7 +124,7 @@ def test_a_plc_without_a_link_holds_its_inputs(raw_cell: Build, on_loss: str, le
 
 
 def test_different_sizes_are_no_connection(raw_cell: Build) -> None:
-    """Master and controller must agree on 48 or 256 bytes.
+    """Master and controller must both have 48 bytes, or both 256 bytes.
 
     Source: manual chapter 3, 1.
     """
@@ -225,7 +225,7 @@ def test_a_restored_cell_goes_the_same_way_again(raw_cell: Build) -> None:
 
 def test_a_cell_with_a_trace_file_cannot_be_set_back(raw_cell: Build, tmp_path: Path) -> None:
     cell = raw_cell(trace=tmp_path / "trace.jsonl")
-    with pytest.raises(InputError, match="cannot be set back"):
+    with pytest.raises(InputError, match="cannot go back in time"):
         cell.snapshot()
 
 

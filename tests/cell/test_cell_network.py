@@ -72,14 +72,14 @@ def test_a_restart_of_the_robot_is_noticed_by_the_plc_however_short_it_is() -> N
     network.produce_to_robot(0, lambda: OLD)
     network.produce_to_plc(0)
     deliver_all(agenda)
-    lost_us = TIMING.timeout_us + 50_000  # at the latest, packets being 50 ms late
+    lost_us = TIMING.timeout_us + 50_000  # at the latest, because packets are 50 ms late
     network.set_adapter(False)
     network.set_adapter(True)
     assert not network.robot_connected(60_000)
     assert network.plc_connected(60_000)
     network.produce_to_robot(60_000, lambda: NEW)
     deliver_all(agenda)
-    assert link.robot_read() == OLD, "no packet before the PLC has noticed"
+    assert link.robot_read() == OLD, "a packet arrived before the PLC noticed the restart"
     assert not network.plc_connected(lost_us)
     network.produce_to_robot(lost_us + 99_000, lambda: NEW)
     deliver_all(agenda)
@@ -90,7 +90,7 @@ def test_a_restart_of_the_robot_is_noticed_by_the_plc_however_short_it_is() -> N
 
 
 def test_a_packet_without_delay_arrives_when_it_is_produced_but_never_before_an_older_one() -> None:
-    """The order is preserved in each direction, whatever delays a packet.
+    """The order of packets is the same in each direction, whatever delays a packet.
 
     Source: Timing.jitter_us.
     """

@@ -1,4 +1,4 @@
-"""Coverage of robot programs: lines, branches, reasons, and what tools read of them."""
+"""Coverage of robot programs: lines, branches, reasons, and the files for other tools."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from structured_text.engines.builtin.collector import Collector, counting
 
 
 def _run(folder: Path, text: str, name: str = "MAIN", collector: Collector | None = None) -> Master:
-    """Run a program that counts for 100 ms; the inputs of the robot are OFF."""
+    """Run a program with coverage for 100 ms while the inputs of the robot are OFF."""
     file = folder / f"{name}.PGM"
     file.write_text(text)
     program = RobotProgram(name, text=text, path=str(file))
@@ -99,7 +99,7 @@ def _result(folder: Path, text: str) -> FileResult:
                 "WAIT SI(20)=0,20: time-out": 0,
             },
         ),
-        # A WAIT of many cycles begins once, and what follows is not reached.
+        # A WAIT over many cycles begins once. The statements after it are not reached.
         ("WAIT SI(20)=1\nSGI0=1", {1: 1, 2: 0}, {}),
         ("*L:\nCALL S\nEND\nSUB S\nSGI0=1\nEND SUB", {2: 1, 3: 1, 5: 1, 6: 1}, {}),
         (
@@ -117,7 +117,10 @@ def _result(folder: Path, text: str) -> FileResult:
 def test_lines_and_branches_are_counted(
     tmp_path: Path, text: str, lines: dict[int, int], branches: dict[str, int]
 ) -> None:
-    """By hand from each program; P900 and P901 are not defined, which is an error."""
+    """Expected values are by hand.
+
+    P900 and P901 are not defined, which is an error of the program.
+    """
     result = _result(tmp_path, text)
     assert {item.line: item.hits for item in result.statements} == lines
     assert {item.text: item.hits for item in result.branches} == branches
@@ -126,7 +129,7 @@ def test_lines_and_branches_are_counted(
 def test_what_is_missing_is_listed_as_for_structured_text(tmp_path: Path) -> None:
     """Line 3 has the branch that was not taken.
 
-    Line 5 has the other branch, without a line of its own.
+    Line 5 has the other branch, and no line of its own.
     """
     text = "IF SI(20)=1 THEN\nSGI0=0\nSGI0=1\nENDIF\nIF SI(20)=0 THEN\nSGI0=2\nENDIF\nSGI0=3"
     result = _result(tmp_path, text)
@@ -141,7 +144,7 @@ def test_what_is_missing_is_listed_as_for_structured_text(tmp_path: Path) -> Non
 
 
 def test_a_reason_takes_lines_out(tmp_path: Path) -> None:
-    """The reason is on the line, or in a line of its own before it."""
+    """The reason is on the line itself, or on a line before it."""
     text = "END\nSGI0=1 ' unreachable: for later\n' unreachable: by hand only\n\nSGI0=2\nSGI0=3"
     result = _result(tmp_path, text)
     reasons = {item.line: item.reason for item in result.statements}
@@ -176,7 +179,7 @@ def test_only_programs_in_files_below_the_folder_count(tmp_path: Path) -> None:
 
 
 def test_a_snapshot_continues_to_count(tmp_path: Path) -> None:
-    """The task that is restored goes through line 2 once more."""
+    """The restored task executes line 2 once more."""
     collector = Collector()
     master = _run(tmp_path, "WAIT SI(20)=1\nSGI0=1", collector=collector)
     before = master.robot.snapshot()

@@ -1,6 +1,7 @@
 """A cell with an external controller: the PLC, its real connection, and losses of the link.
 
-The controller is an adapter on the loopback, in a process of its own, whose areas the tests hold.
+The controller is an adapter on the loopback interface in a process of its own. The tests set and
+read its areas.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from structured_text.errors import InputError
 
 Build = Callable[..., Cell]
 
-#: Repeats SO(150) to SO(157) as SI(150) to SI(157), and shows what the scanner says.
+#: A program that copies SO(150) to SO(157) to SI(150) to SI(157) and shows the scanner's messages.
 _PROGRAM = """\
 PROGRAM Echo
 VAR
@@ -34,7 +35,7 @@ END_VAR
 OutputArea[45] := InputArea[45];
 END_PROGRAM
 """
-#: Time-outs so long that other work of this computer cannot cause a loss of the link.
+#: Time-outs that are so long that other work of this computer cannot cause a loss of the link.
 _LONG_TIMEOUT = "5s"
 _WITHIN = "60s"
 
@@ -53,7 +54,7 @@ def program(tmp_path: Path) -> Path:
 
 
 class Told:
-    """Takes what the connection says."""
+    """A receiver of the messages of the connection."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
@@ -93,7 +94,7 @@ def test_the_program_reads_and_writes_the_controllers_areas(
 ) -> None:
     """The controller is not simulated.
 
-    The trace contains only the PLC's scans, and the monitors check them as in every run.
+    The trace contains only the PLC's scans. The monitors check them as in every run.
     """
     trace = tmp_path / "trace.jsonl"
     cell = far(trace=trace)
@@ -115,7 +116,7 @@ def test_the_program_reads_and_writes_the_controllers_areas(
 
 @pytest.mark.exhaustive
 def test_a_broken_rule_is_found_as_in_every_run(far: Build, program: Path) -> None:
-    """SI(00) and SI(06) at once, where 100 ms are needed between any two.
+    """SI(00) and SI(06) change together, although any two changes must be 100 ms apart.
 
     Source: manual chapter 5, 3.1
     """
@@ -129,8 +130,9 @@ def test_a_broken_rule_is_found_as_in_every_run(far: Build, program: Path) -> No
     assert [one.rule for one in cell.violations] == ["interval"]
 
 
+@pytest.mark.exhaustive
 def test_zeros_go_out_before_the_connection_is_closed(far: Build, adapter: Adapter) -> None:
-    """Without a master, the controller uses its own assumption for SI(00) and SI(06).
+    """Without a master, the controller itself decides about SI(00) and SI(06).
 
     Source: manual chapter 1, 5.2
     """
@@ -186,6 +188,7 @@ def test_other_assemblies_are_requested(build_cell: Build, program: Path, adapte
     cell.run_until(lambda: cell.connected, within=_WITHIN)
 
 
+@pytest.mark.exhaustive
 def test_a_controller_that_has_a_master_is_left_to_it(
     build_cell: Build, program: Path, adapter: Adapter
 ) -> None:
@@ -195,7 +198,7 @@ def test_a_controller_that_has_a_master_is_left_to_it(
         master.open()
         with pytest.raises(InputError) as refused:
             build_cell(program, connect=Elsewhere(host, port))
-        assert refused.value.hint == "another master has it: disconnect that first"
+        assert refused.value.hint == "another master owns the robot: disconnect that master first"
         assert master.read().connected
 
 
@@ -206,6 +209,7 @@ def test_a_missing_controller_is_one_message(build_cell: Build, program: Path) -
         build_cell(program, connect=where)
 
 
+@pytest.mark.exhaustive
 def test_events_need_a_virtual_controller(far: Build, tmp_path: Path) -> None:
     cell = far()
     for event in ("emergency_stop", "link_down"):

@@ -1,4 +1,4 @@
-"""A further cell of the same program: it costs little, and knows nothing of the cells before."""
+"""A further cell of the same program is cheap, and has no data of earlier cells."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run in real time over cyclic I/O: the same events in the same order at any pace."""
+"""A run in real time over cyclic I/O has the same events in the same order at any pace."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ Build = Callable[..., Cell]
 Captured = pytest.CaptureFixture[str]
 
 DEMO = ("plc", "examples", "01_power_up")
-#: Longest silence without a loss of the link; other work of this computer must not cause one.
+#: Longest silence without a loss of the link. Other work of this computer must not reach it.
 PATIENT = "5s"
 
 
 class Clock:
-    """A clock that only sleeping and `late` move on."""
+    """A clock that only `sleep` and `late` advance."""
 
     def __init__(self) -> None:
         self.now_us = 1_000_000
@@ -38,7 +38,7 @@ class Clock:
         self.now_us += round(seconds * 1e6)
 
     def late(self, us: int) -> None:
-        """Let other work delay the computer."""
+        """Simulate a delay by other work on the computer."""
         self.now_us += us
 
 
@@ -72,7 +72,7 @@ def test_a_little_late_is_made_up_for(agenda: RealTimeAgenda, clock: Clock) -> N
 
 
 def test_a_standstill_causes_no_burst(agenda: RealTimeAgenda, clock: Clock) -> None:
-    """The packets of the real network have not waited; scans in a burst would miss them."""
+    """Packets of the real network did not wait, and scans in a burst would miss them."""
     agenda.pop()
     clock.late(60_000)
     agenda.pop()
@@ -85,7 +85,7 @@ def test_a_standstill_causes_no_burst(agenda: RealTimeAgenda, clock: Clock) -> N
 
 @pytest.fixture
 def links(monkeypatch: pytest.MonkeyPatch) -> list[RealTimeLink]:
-    """Return a list of the links that are made during the test."""
+    """Return a list of the links that are created during the test."""
     made: list[RealTimeLink] = []
 
     class Recorded(RealTimeLink):
@@ -112,7 +112,7 @@ def cell(build_cell: Build, repository: Path) -> Cell:
 def test_the_demo_runs_over_cyclic_io_with_its_events_in_order(
     build_cell: Build, repository: Path, tmp_path: Path
 ) -> None:
-    """Power-up, servo ON, program reset: dedicated bits in the order of the manual's charts.
+    """Power-up, servo ON and program reset come in the order of the manual's charts.
 
     Source: manual chapter 5, 3.1 and 3.2
     """
@@ -133,7 +133,7 @@ def test_the_demo_runs_over_cyclic_io_with_its_events_in_order(
     expected = ["SO00", "SI00", "SI06", "SI01", "SO02", "SI15", "SO14"]
     scans = [(entry.so, entry.si) for entry in entries if isinstance(entry, Scan)]
     assert rises(scans) == expected
-    # The controller saw what the PLC sent, and the PLC what the controller answered.
+    # The controller received the PLC's data, and the PLC the controller's data.
     cycles = [(entry.rcx_so, entry.rcx_si) for entry in entries if isinstance(entry, Cycle)]
     assert rises(cycles) == expected
 
@@ -141,7 +141,7 @@ def test_the_demo_runs_over_cyclic_io_with_its_events_in_order(
 def test_the_command_line_runs_it_for_a_given_time(
     repository: Path, tmp_path: Path, capsys: Captured
 ) -> None:
-    """The run has as many scans and cycles as in lock-step; it may only take longer."""
+    """The run has as many scans and cycles as in lock-step, but it may take longer."""
     demo, trace = repository.joinpath(*DEMO), tmp_path / "trace.jsonl"
     options = ["--link", "enip", "--realtime", "--for", "200ms", "--trace", str(trace)]
     assert main(["run", str(demo), "--engine", "builtin", *options]) == 0
@@ -193,7 +193,7 @@ def test_an_unplugged_cable_is_a_loss_of_the_link(cell: Cell) -> None:
 @pytest.mark.exhaustive
 def test_with_the_controllers_power_the_connection_goes_and_comes_again(cell: Cell) -> None:
     cell.run_until(lambda: cell.connected and cell.robot.machine.link == "normal", within="20s")
-    cell.inject("power_off")  # not a power cycle: it may be over before a busy computer looks
+    cell.inject("power_off")  # not a power cycle, which may be over before a busy computer checks
     cell.run_until(lambda: not cell.connected, within="20s")
     cell.inject("power_on")
     cell.run_until(lambda: cell.connected and cell.robot.machine.link == "normal", within="20s")
@@ -235,7 +235,7 @@ def test_there_is_no_snapshot_of_a_real_network(cell: Cell) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--realtime"], "only a real network runs in real time; add --link enip"),
+        (["--realtime"], "--realtime needs a real network; add --link enip"),
         (["--realtime", "--link", "enip", "--jitter", "2ms"], "--jitter is for virtual time"),
         (["--realtime", "--link", "enip", "--timeout", "1m"], "cannot be requested"),
     ],

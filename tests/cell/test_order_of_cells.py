@@ -1,8 +1,8 @@
-"""Cells of one program, one after the other: no cell depends on those before it.
+"""Cells of one program run one after the other, and no cell depends on earlier cells.
 
-What is kept for the next cell of a process is the compiled program, its first state, what was found
-of its sources, and the robot's properties. So everything that a test can do to a cell is done here,
-in the order of the list, in reverse and at random; each run must be what it is in a process of its
+A process caches the compiled program, its first state, results about its sources, and the robot's
+properties for the next cell. The tests therefore do everything that a test can do to a cell, in the
+order of the list, in reverse and at random. Each run must be equal to a run in a process of its
 own.
 """
 
@@ -101,7 +101,7 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def _run(project: Path, act: str, engine: str) -> tuple[object, ...]:
-    """Return everything that can be observed of a run."""
+    """Return all observable results of a run."""
     with Cell.build(
         sorted(project.glob("plc/*.st")), robot=project / "robot.toml", engine=engine,
         watch=_WATCH, positions="pulses",
@@ -112,7 +112,7 @@ def _run(project: Path, act: str, engine: str) -> tuple[object, ...]:
 
 
 def _alone(project: Path, act: str, engine: str) -> str:
-    """Return the same result from a process of its own."""
+    """Return the same results from a process of its own."""
     here = Path(__file__)
     code = (
         f"import sys; sys.path.insert(0, {os.fspath(here.parent)!r}); "
@@ -138,7 +138,7 @@ def test_every_order_of_cells_gives_the_same_runs(project: Path, engine: str) ->
     if engine != "builtin" and (missing := why_not(engine)):
         pytest.skip(missing)
     first = {act: _run(project, act, engine) for act in _ACTIONS}
-    assert len(set(map(repr, first.values()))) == len(_ACTIONS), "each act leaves traces of its own"
+    assert len(set(map(repr, first.values()))) == len(_ACTIONS), "each act has its own effect"
     for order in _orders():
         for act in order:
             assert _run(project, act, engine) == first[act], (

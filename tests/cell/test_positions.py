@@ -1,6 +1,6 @@
-"""Positions of the robots in each cycle, which a trace has on request only.
+"""A trace has the positions of the robots in each cycle only on request.
 
-Expected values by hand: 1000 pulses are 1 mm by default; the axes start at 0.
+Expected values are by hand. By default, 1000 pulses are 1 mm and the axes start at 0.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""FB_ProgramCall beside plc/robot/JOBS.PGM: every fault at every scan of two jobs.
+"""FB_ProgramCall with plc/robot/JOBS.PGM: every fault at every scan of two jobs.
 
-Each job has a number of its own; the robot program says if it begins one for the second time
-(SO(22)), and gives back what it was given. The PLC asks for a job until it is done, or until the
-robot program says that it was interrupted. All that is demanded is in
-tests/data/program_call/demands.toml, for `rcx sweep`, too.
+Each job has a number of its own. The robot program reports by SO(22) if it begins a job for the
+second time, and returns the values that it received. The PLC requests a job until it is done, or
+until the robot program reports an interruption. All demands are in
+tests/data/program_call/demands.toml, which `rcx sweep` also uses.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ _LASTING = (
 )
 _SHORT = ("plc_overrun", "power_cycle", "alarm", "program_end")
 _FAULTS = (*_LASTING, *_SHORT)
-#: After these the program is at its first line, also where it shall continue.
+#: After these faults the program is at its first line, even where it should continue.
 _RESETTING = ("power_off", "power_cycle", "program_end")
-#: Pins of Caller.st. The program starts again after each fault, or it continues; a remote command
-#: is out again and again; the robot program executes one statement in each cycle of 5 ms.
+#: Pins of Caller.st: the program starts again after each fault, or it continues; another remote
+#: command runs again and again; the robot program executes one statement in each cycle of 5 ms.
 _WAYS: dict[str, dict[str, Value]] = {
     "reset": {},
     "go on": {"Keep": True},
@@ -45,7 +45,7 @@ _WAYS: dict[str, dict[str, Value]] = {
 }
 
 
-#: Two jobs take fewer scans.
+#: Longer than the two jobs [scans].
 _LONGEST = 100
 
 
@@ -58,7 +58,7 @@ def _jobs() -> str:
 
 
 def test_the_robot_program_as_it_is_shipped_has_no_error_and_no_warning() -> None:
-    """Its lines have at most 80 characters: they are typed and shown on a programming box."""
+    """The program's lines have at most 80 characters, because a programming box shows them."""
     text = (ROOT / "plc/robot/JOBS.PGM").read_text(encoding="ascii")
     read, errors = read_program(text)
     assert errors == []
@@ -100,20 +100,20 @@ class Swept:
 
     def _two_jobs(self) -> Iterator[object]:
         for _ in range(_LONGEST):
-            if self["Count"] == 3:  # it begins with the second one
+            if self["Count"] == 3:  # the run begins with the second job
                 return
             yield self.cell.snapshot()
             self.cell.scan()
 
     def press(self) -> None:
-        """Press Start, and let it power up."""
+        """Press Start, and let the cell power up."""
         self["Start"] = True
         self.cell.run("50ms")
         self["Start"] = False
         self.cell.run_until(lambda: not self["PowerUp.Busy"], within="20s")
 
     def disturb(self, fault: str) -> None:
-        """Let a fault come, and go again after 300 ms if it lasts."""
+        """Inject a fault, and remove it after 300 ms if it lasts."""
         if fault == "CellSafe":
             self["CellSafe"] = False
             self.cell.run("300ms")
@@ -129,7 +129,7 @@ class Swept:
         self.cell.run("100ms")
 
     def judge(self, moment: int, fault: str) -> str:
-        """Return the error after a fault before this scan; empty: nothing."""
+        """Return the error after a fault before this scan, or an empty text."""
         self.cell.restore(self.moments[moment])
         self.disturb(fault)
         self.cell.run_until(lambda: not self["PowerUp.Busy"], within="20s")
@@ -167,7 +167,7 @@ def test_no_job_is_executed_twice_or_lost_and_the_next_one_is_done(way: str, fau
 
 @pytest.mark.exhaustive
 def test_over_ethernet_ip_the_same_bytes_go_over_the_wire(tmp_path: Path) -> None:
-    """Time is virtual, so that both links show the same areas at the same times."""
+    """Time is virtual, so both links have the same areas at the same times."""
     (tmp_path / "JOBS.PGM").write_text(_jobs(), encoding="utf-8")
     robot = tmp_path / "robot.toml"
     robot.write_text('[[programs]]\nfile = "JOBS.PGM"\n', encoding="utf-8")
@@ -182,7 +182,7 @@ def test_over_ethernet_ip_the_same_bytes_go_over_the_wire(tmp_path: Path) -> Non
     assert seen[0] == seen[1]
 
 
-#: A slip in JOBS.PGM: what is replaced by what, the way, and a fault that shows it.
+#: Slips in JOBS.PGM: a text, its replacement, the way, and a fault that reveals the slip.
 _SLIPS = {
     "it begins again what it has begun": (
         ("  IF CALLTICKET%=SGI30 THEN", "  IF 1=0 THEN"),
@@ -207,10 +207,10 @@ _SLIPS = {
 }
 
 
-@pytest.mark.exhaustive(but=["it begins again what it has begun"])
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("slip", list(_SLIPS))
 def test_a_slip_in_the_robot_program_is_found(slip: str) -> None:
-    """The sweep can fail."""
+    """The sweep detects a slip in JOBS.PGM, so it can fail."""
     (before, after), way, fault, wrong = _SLIPS[slip]
     assert _jobs().count(before) == 1
     failures = _failures(Swept(way, jobs=_jobs().replace(before, after)), fault)
@@ -221,7 +221,10 @@ def test_a_slip_in_the_robot_program_is_found(slip: str) -> None:
 def test_the_command_sweep_finds_nothing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """As users call it, with what is demanded in a file; a sample of the moments."""
+    """Users call the command in this way, with demands in a file.
+
+    The test runs a sample of moments.
+    """
     (tmp_path / "JOBS.PGM").write_text(_jobs(), encoding="utf-8")
     robot = tmp_path / "robot.toml"
     robot.write_text('[[programs]]\nfile = "JOBS.PGM"\n', encoding="utf-8")

@@ -1,7 +1,7 @@
-"""The demo's program in 1,000 cells that are drawn: scan, RPI, phases, jitter, delays.
+"""The demo's program in 1,000 random cells: scan, RPI, phases, jitter, delays.
 
-Whatever the network does, the controller must never see two dedicated inputs change within
-100 ms, nor a broken handshake, and the work must come to its end.
+In any network, the controller must never see two dedicated inputs change within 100 ms or a broken
+handshake, and the program must complete its work.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ RUNS, BATCH = 1000, 50
 
 
 class Compiled(NamedTuple):
-    """The program, ready for its first scan again and again."""
+    """A compiled program that can start at its first scan repeatedly."""
 
     program: Program
     initial: object
@@ -43,7 +43,7 @@ def compiled() -> Iterator[Compiled]:
 
 
 def drawn_robot(random: Random) -> RobotConfig:
-    """Return a controller that draws a new delay for every answer."""
+    """Return a controller with a new random delay for every answer."""
 
     def delay(longest: float) -> tuple[float, float]:
         return 0.0, random.uniform(0.0, longest)
@@ -57,7 +57,7 @@ def drawn_robot(random: Random) -> RobotConfig:
         command_delay=delay(300.0),
         status_reset_delay=delay(60.0),
         skip_run_status=random.choice(("never", "short", "always")),
-        # Longer than scan, RPI, jitter and cycle together: a shorter run may pass unseen.
+        # Longer than scan, RPI, jitter and cycle together. A shorter run may not be seen.
         programs=(RobotProgram(duration=random.uniform(200.0, 600.0), loop=False),),
         points={19: Point((20_000, -10_000, 5_000, 0, 0, 0))},
     )
@@ -83,7 +83,7 @@ def draw(seed: int) -> Draw:
 
 
 def cell_of(compiled: Compiled, run: Draw, margin_ms: int | None = None) -> Cell:
-    """Return a cell as drawn, when Start is pressed; the default margin is the library's."""
+    """Return a random cell in which Start is pressed. The default margin is the library's."""
     timing = Timing.make(scan=f"{run.scan}ms", rpi=f"{run.rpi}ms", jitter=f"{run.jitter}ms",
                          phases="random", seed=run.seed)  # fmt: skip
     compiled.program.restore(compiled.initial)
@@ -97,7 +97,7 @@ def cell_of(compiled: Compiled, run: Draw, margin_ms: int | None = None) -> Cell
 
 
 def complete(cell: Cell) -> None:
-    """Let time pass until the program has done its work."""
+    """Let time pass until the program has completed its work."""
     cell.run_until(lambda: cell["Main.Stage"] == "STAGE_COMPLETE", within="30s")
 
 
@@ -114,7 +114,7 @@ def test_no_rule_is_broken_in_any_network(compiled: Compiled, first: int) -> Non
 
 
 def test_without_a_margin_for_the_network_the_interval_is_broken(compiled: Compiled) -> None:
-    """The proof that these runs can fail: the same cells, 100 ms as written and no more."""
+    """The same cells break the interval with 100 ms and no margin, so these runs can fail."""
     rules = set()
     for seed in range(20):
         cell = cell_of(compiled, draw(seed), margin_ms=0)

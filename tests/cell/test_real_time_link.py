@@ -1,4 +1,4 @@
-"""The link over cyclic I/O: the same four calls, without waiting for anything."""
+"""The link over cyclic I/O has the same four calls, and they never wait."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ def link() -> Iterator[RealTimeLink]:
 
 
 def eventually(link: RealTimeLink, condition: Callable[[], bool]) -> None:
-    """Wait, by requests to the adapter, until a condition holds."""
+    """Send requests to the adapter until a condition holds."""
     for _ in range(100_000):
         if condition():
             return
         link.scanner.client.get_attribute(1, 1, 1)
-    raise AssertionError("not within 100,000 requests")
+    raise AssertionError("the condition was not true within 100,000 requests")
 
 
 def test_images_arrive_at_the_other_end_once_the_connection_is_open(link: RealTimeLink) -> None:
@@ -43,7 +43,8 @@ def test_images_arrive_at_the_other_end_once_the_connection_is_open(link: RealTi
     link.scanner.open()
     eventually(link, lambda: link.robot_read() == bytes(range(48)))
     eventually(link, lambda: link.scanner_read() == bytes(range(100, 148)))
-    assert link.scanner.read().connected
+    # The state of the connection is written after the image of the packet.
+    eventually(link, lambda: link.scanner.read().connected)
     assert link.shared.owner is OwnerState.RUN
 
 

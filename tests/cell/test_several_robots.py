@@ -1,4 +1,4 @@
-"""A cell with more than one controller: areas, clocks, faults, and the files that describe them."""
+"""A cell with more than one controller: areas, clocks, faults, and robot files."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_each_controller_has_its_own_connection_and_its_own_status() -> None:
         cell.inject("link_down", controller=2)
         cell.run("300ms")
         assert (cell["Main.Connected"], cell["Main.Connected2"]) == (True, False)
-        assert not cell.connected, "not to all of them"
+        assert not cell.connected, "only some of the controllers"
         assert [one.machine.link for one in cell.robots] == ["normal", "lost"]
 
 
@@ -96,7 +96,7 @@ def test_a_stimulus_reaches_the_controller_that_it_names(tmp_path: Path) -> None
 
 
 def test_a_broken_rule_says_which_controller_and_which_rule_it_is_of(tmp_path: Path) -> None:
-    """Both sides see that n + 46 of the second area is not 0.
+    """Monitors of both sides report that n + 46 of the second area is not 0.
 
     Source: manual chapter 1, 4.1: reserved.
     """
@@ -140,7 +140,7 @@ def test_on_loss_is_each_controllers_own(on_loss: str, lost: int) -> None:
 
 
 def test_each_of_three_controllers_has_a_status_of_its_own(tmp_path: Path) -> None:
-    """Written to Connected, Connected2 and Connected3, where a program has them."""
+    """The states are written to Connected, Connected2 and Connected3, if a program has them."""
     file = tmp_path / "three.st"
     file.write_text(
         "PROGRAM P1\n  VAR\n    InputArea, OutputArea : RCX_IMAGE;\n"
@@ -160,7 +160,7 @@ def test_each_of_three_controllers_has_a_status_of_its_own(tmp_path: Path) -> No
 
 
 def test_the_rules_of_the_wire_are_judged_by_each_controllers_own_connection() -> None:
-    """While the second is lost, what is written to it is not judged; the first still is."""
+    """While the second connection is lost, only the first one is checked."""
     with _cell() as cell:
         cell.run("100ms")
         cell.inject("link_down", controller=2)

@@ -36,7 +36,7 @@ def test_a_variable_is_set_before_the_scan_at_that_time(cell: Cell, schedule: Sc
 
 
 def test_durations_stand_in_structures_and_arrays_too(tmp_path: Path) -> None:
-    """Fields that are not named, and rows that are not given, stay as they are."""
+    """Fields and rows that are not given keep their values."""
     program = tmp_path / "Timed.st"
     program.write_text(
         "TYPE\n  PART : STRUCT\n    Settle : TIME;\n    Name : STRING[8];\n  END_STRUCT;\n"
@@ -156,7 +156,7 @@ def test_given_bytes_are_part_of_a_snapshot(cell: Cell, schedule: Schedule) -> N
 
 
 def test_entries_after_the_end_are_reported(cell: Cell, tmp_path: Path) -> None:
-    """A run ends before its last instant, so an entry at the very end has no effect."""
+    """A run ends before its last instant, so an entry at exactly that time has no effect."""
     times = ("900ms", "1s", "50s")
     text = "".join(
         f'[[at]]\ntime = "{time}"\nset = {{ "Main.Data" = {number} }}\n'

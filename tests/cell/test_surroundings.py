@@ -17,7 +17,7 @@ from structured_text.errors import InputError
 
 @pytest.fixture
 def cell(tmp_path: Path) -> Iterator[Cell]:
-    """Return a cell whose feeder has fed and counted a part."""
+    """Return a cell in which the feeder has fed and counted a part."""
     with Cell.build(feeder(tmp_path), engine="builtin") as made:
         made.run("200ms")
         made["Main.Closed"] = True
@@ -69,9 +69,9 @@ def test_an_input_is_there_after_a_start_and_what_the_program_wrote_is_not(cell:
 
 def test_a_plc_without_power_does_not_continue(cell: Cell) -> None:
     cell.inject("plc_power_off")
-    with pytest.raises(InputError, match="does not continue"):
+    with pytest.raises(InputError, match="start = continue is not possible"):
         cell.inject("plc_power_on", start="continue")
-    with pytest.raises(InputError, match="does not run: no scan comes"):
+    with pytest.raises(InputError, match="is not in RUN, so no scan can run"):
         cell.scan()
 
 
@@ -118,7 +118,7 @@ def test_a_snapshot_has_plc_and_disturbances(cell: Cell) -> None:
     [
         ("packets_lost", {"share": 2}, "share = 2 is not a share of the packets"),
         ("packets_late", {"to": "nobody"}, "to = 'nobody' is not a direction"),
-        ("plc_run", {"start": "hot"}, "start = 'hot' is not a start"),
+        ("plc_run", {"start": "hot"}, "start = 'hot' is not a kind of start"),
         ("plc_overrun", {"by": 5}, "by is not a text"),
         ("packet_interval", {}, "needs rpi"),
         ("link_down", {"share": 1}, "takes no arguments"),

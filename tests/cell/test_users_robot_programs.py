@@ -1,7 +1,7 @@
 """Three robot programs as users write them, each with a PLC program, over both links.
 
-They are written in the manner of public programs and drivers: positions that the PLC sends, a tray
-that is unloaded in a loop with a gripper's switch, and a file with all data of a controller.
+They resemble public programs and drivers: positions that the PLC sends, a tray that is unloaded in
+a loop with a gripper's switch, and a file with all data of a controller.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from rcx_harness.cli.app import main
 from serve_process import ServeProcess, own_addresses
 
 FOLDER = ROOT / "tests/data/robot_programs"
-#: Folder, PLC program, and a variable with its value at the end without a gripper's switch.
+#: Folder, PLC program, and a variable with its final value without a gripper's switch.
 CELLS = {
     "unloading": ("Belt.st", "Main.Empty.Value", "TRUE"),
     "positions": ("Positions.st", "Main.k", "4"),
     "two_tasks": ("Gluing.st", "Main.Done", "2"),
 }
-#: The time that the longest of them takes, and the time of the comparison.
+#: The time of the longest program, and the time of the comparison.
 LONGEST, COMPARED = "12s", "4s"
 
 
@@ -44,7 +44,7 @@ def _cell(name: str, link: str = "direct", trace: Path | None = None) -> Cell:
 
 
 def test_a_tray_is_unloaded_and_a_part_that_is_not_gripped_is_left() -> None:
-    """The vacuum switch DI(20) is OFF at the first part only: 5 of 6 parts come onto the belt."""
+    """The vacuum switch DI(20) is OFF at the first part only, so 5 of 6 parts reach the belt."""
     with _cell("unloading") as cell:
         robot = cell.robot
         cell.run_until(lambda: robot.read_port("DO(20)") == 1, within="5s")
@@ -64,7 +64,7 @@ def test_a_tray_is_unloaded_and_a_part_that_is_not_gripped_is_left() -> None:
 
 
 def test_the_plc_names_positions_and_learns_of_a_refused_one() -> None:
-    """The third position is beyond the soft limit: 2.334, of which the program sends 334."""
+    """The third position is beyond the soft limit: alarm 2.334, of which the program sends 334."""
     with _cell("positions") as cell:
         for count, x, y in ((1, 50_000, 25_000), (2, -20_500, 40_000)):
             cell.run_until(lambda: cell["Main.Count"] == count, within="4s")  # noqa: B023
@@ -78,7 +78,7 @@ def test_the_plc_names_positions_and_learns_of_a_refused_one() -> None:
 
 
 def test_two_tasks_share_the_data_of_one_file() -> None:
-    """The bead: 40 mm, a half circle of 31.4 mm and 40 mm at 100 mm/s, and 20 mm back to P2."""
+    """The bead has 40 mm, a half circle of 31.4 mm and 40 mm at 100 mm/s, and 20 mm back to P2."""
     with _cell("two_tasks") as cell:
         robot = cell.robot
         assert robot.config.parameters["ACCEL"] == (80, 80, 50, 100)
@@ -102,7 +102,7 @@ def test_two_tasks_share_the_data_of_one_file() -> None:
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("name", CELLS)
 def test_over_ethernet_ip_the_trace_is_the_same(name: str) -> None:
-    """Time is virtual, so that both links show the same areas at the same times."""
+    """Time is virtual, so both links have the same areas at the same times."""
     seen = []
     for link in ("direct", "enip"):
         with _cell(name, link) as cell:
@@ -114,7 +114,7 @@ def test_over_ethernet_ip_the_trace_is_the_same(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["two_tasks"])
 def test_the_same_run_gives_the_same_trace(name: str, tmp_path: Path) -> None:
-    """Byte for byte."""
+    """The traces are equal byte for byte."""
     for file in ("first.jsonl", "second.jsonl"):
         with _cell(name, trace=tmp_path / file) as cell:
             cell.run(COMPARED)
@@ -130,7 +130,7 @@ def test_the_same_run_gives_the_same_trace(name: str, tmp_path: Path) -> None:
 def test_over_rcx_serve_the_program_runs_to_its_end(
     name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """In real time, with the controller in a process of its own."""
+    """The run is in real time, with the controller in a process of its own."""
     plc, variable, value = CELLS[name]
     folder = FOLDER / name
     (address,) = own_addresses(1)

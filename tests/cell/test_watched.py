@@ -1,8 +1,8 @@
 # ruff: noqa: RUF001 - the chart is drawn with these
-"""Watched variables: selected by path or pattern, and shown alike on every engine.
+"""Watched variables are selected by path or pattern, and shown alike on every engine.
 
-Expected values by hand: tests/cell/programs/Watched.st counts its scans and sets most variables in
-the third of them; five scans run in 50 ms.
+Expected values are by hand: tests/cell/programs/Watched.st counts its scans and sets most variables
+in the third scan. Five scans run in 50 ms.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def test_values_are_shown_as_in_structured_text(watched: Build, engine: str) -> 
     cell.run("50ms")
     assert cell.watched() == _AT_THE_END
     cell.close()
-    assert cell.watched() == _AT_THE_END, "after its end, too"
+    assert cell.watched() == _AT_THE_END, "the last value, after the end, too"
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -168,7 +168,7 @@ def test_global_variables_are_found_alone_or_behind_the_name_of_their_list(
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_chart_has_a_lane_for_each_member_and_element(watched: Build, engine: str) -> None:
-    """The states as lines of text, at 20 ms: the third scan."""
+    """States are shown as text at 20 ms, in the third scan."""
     cell = watched("Main.State,Main.Item,Main.Connected", engine=engine)
     timeline = Timeline(cell.trace)
     cell.trace.listen(timeline.take)
@@ -193,7 +193,7 @@ def test_variables_that_always_change_make_no_columns(watched: Build) -> None:
     assert 20_000 in times
     assert len(times) < 10
     line = next(one for one in text_chart(timeline, 80).splitlines() if "Main.Scans" in one)
-    assert "╳3─" in line, "the value that it has at the column"
+    assert "╳3─" in line, "the value at the time of the column"
 
 
 def test_alone_it_makes_columns_after_all(watched: Build) -> None:
@@ -207,7 +207,7 @@ def test_alone_it_makes_columns_after_all(watched: Build) -> None:
     "pattern", ["Main.*a*a*a*a*a*a*a*a*a*a*a*a*a*a*a*b", "Main." + "*?" * 15 + "*"]
 )
 def test_a_pattern_of_thirty_stars_is_compared_once(watched: Build, pattern: str) -> None:
-    """A regular expression would try every way to share the name out between the stars.
+    """A regular expression would try all ways to divide the name among the stars.
 
     Source: docs/reference/limits.md, variables that are watched.
     """

@@ -1,4 +1,4 @@
-"""The cell of the chapters' sentences: compiled once, started again for each test."""
+"""The cell for the sentences of the manual, compiled once and restarted for each test."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ def compiled() -> Iterator[tuple[Program, object]]:
 
 @pytest.fixture
 def start(compiled: tuple[Program, object]) -> Iterator[Start]:
-    """Return a function that starts one cell per test from fields of RobotConfig and `plc_size`.
+    """Return a function that starts a cell from fields of RobotConfig and `plc_size`.
 
-    After the test no rule may have been broken: neither the manual's nor the blocks' contract.
+    After the test, no rule of the manual or of the blocks' contract may have been broken.
     """
     cells: list[ChapterCell] = []
 

@@ -1,4 +1,4 @@
-"""The sentences of chapter 1, 5: the connection, and what it does to the controller."""
+"""The sentences of chapter 1, 5, about the connection and its effects on the controller."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NO_LINK = 0x8001
 
 
 def _never_connected(start: Start, **config: object) -> ChapterCell:
-    """Return a cell whose cable was unplugged before power-on."""
+    """Return a cell with a cable that was unplugged before power-on."""
     cell = start(**config)
     cell.cell.inject("link_down")
     cell.run("500ms")
@@ -24,7 +24,7 @@ def _never_connected(start: Start, **config: object) -> ChapterCell:
 
 
 def _lost(start: Start, **config: object) -> ChapterCell:
-    """Return a cell whose cable was unplugged while a program ran."""
+    """Return a cell with a cable that was unplugged while a program ran."""
     cell = start(**config).program()
     cell.cell.inject("link_down")
     cell.run("500ms")
@@ -40,7 +40,7 @@ def _restored(cell: ChapterCell, *events: str) -> ChapterCell:
 
 
 def _read_version(cell: ChapterCell) -> int:
-    """Execute a remote command; its ErrorID."""
+    """Execute a remote command, and return its ErrorID."""
     cell["Command.Code"] = 0x0501
     return cell.execute("Command")
 
@@ -49,7 +49,10 @@ def _read_version(cell: ChapterCell) -> int:
 
 
 def test_the_controller_always_starts_in_the_servo_off_state_after_power_on(start: Start) -> None:
-    """This includes a power cycle with the servos on. Source: manual chapter 1, 5."""
+    """The servos are OFF after every power-on, also after a power cycle with the servos on.
+
+    Source: manual chapter 1, 5.
+    """
     cell = start().settle()
     assert not cell.on("SO02")
     assert cell.execute("ServoOn") == 0
@@ -62,7 +65,7 @@ def test_the_controller_always_starts_in_the_servo_off_state_after_power_on(star
 
 
 def test_communication_with_the_host_is_enabled_when_the_system_is_connected(start: Start) -> None:
-    """A remote command is answered. Source: manual chapter 1, 5, 1."""
+    """The controller answers a remote command. Source: manual chapter 1, 5, 1."""
     cell = start().settle()
     assert _read_version(cell) == 0
     assert cell.robot.network_led is Led.GREEN
@@ -106,7 +109,7 @@ def test_with_a_connection_the_stop_signal_of_a_parallel_board_works_unless_disa
 
 
 def test_after_the_loss_of_the_connection_communication_is_disabled(start: Start) -> None:
-    """Commands do not reach the controller, and the alarm is 12.552.
+    """Commands do not reach the controller, and there is alarm 12.552.
 
     Source: manual chapter 1, 5, 2; chapter 4, 4
     """
@@ -118,7 +121,7 @@ def test_after_the_loss_of_the_connection_communication_is_disabled(start: Start
 
 
 def test_after_the_loss_of_the_connection_si00_turns_off_in_the_controller(start: Start) -> None:
-    """Although the PLC's image still has it ON until it sees the loss.
+    """The PLC's image still has SI(00) ON until the PLC detects the loss.
 
     Source: manual chapter 1, 5, 2
     """
@@ -140,7 +143,7 @@ def test_after_the_loss_of_the_connection_si06_turns_off_in_the_controller(start
 
 
 def test_after_the_loss_of_the_connection_the_safety_connector_is_valid(start: Start) -> None:
-    """The connector holds the emergency stop when the connection is back.
+    """The connector still causes the emergency stop when the connection is back.
 
     Source: manual chapter 1, 5, 2.
     """
@@ -154,14 +157,19 @@ def test_after_the_loss_of_the_connection_the_safety_connector_is_valid(start: S
 def test_after_the_loss_of_the_connection_the_stop_of_a_parallel_board_works_unless_disabled(
     start: Start, board: str, stops: bool
 ) -> None:
-    """The board holds the stop when the connection is back. Source: manual chapter 1, 5, 2."""
+    """The board still causes the stop when the connection is back.
+
+    Source: manual chapter 1, 5, 2.
+    """
     cell = _restored(_lost(start, parallel_io=board), "parallel_stop")
     assert cell.robot.machine.si06
     assert cell.robot.machine.stopped is stops
 
 
 def test_after_its_loss_the_connection_must_be_restored_to_the_normal_state(start: Start) -> None:
-    """Nothing works before that. Then SI(00), alarm reset and servo on restart the program.
+    """Nothing works before that.
+
+    After it, SI(00), alarm reset and servo on allow the program to start.
 
     Source: manual chapter 1, 5, 2, first note
     """
@@ -184,7 +192,7 @@ def test_communication_is_enabled_again_when_the_lost_connection_is_recovered(st
 
 
 def test_a_connection_error_at_power_on_may_come_from_the_cable(start: Start) -> None:
-    """The cable is out, or the address is wrong: alarm 12.551.
+    """The cable is unplugged, or the address is wrong. There is alarm 12.551.
 
     Source: manual chapter 1, 5, 3; chapter 4, 4
     """
@@ -202,7 +210,7 @@ def test_a_connection_error_at_power_on_may_come_from_a_wrong_ip_address(start: 
 
 
 def test_a_connection_error_at_power_on_may_come_from_a_faulty_master() -> None:
-    """No master sends anything. Source: manual chapter 1, 5, 3."""
+    """No master sends packets. Source: manual chapter 1, 5, 3."""
     master = Master()
     master.connected = False
     master.run(300)
@@ -253,7 +261,7 @@ def test_without_a_connection_at_power_on_the_stop_of_a_parallel_board_works_unl
 
 
 def test_communication_is_enabled_when_a_connection_that_never_was_comes(start: Start) -> None:
-    """The alarm goes with it; servo on needs no alarm reset.
+    """The alarm disappears, too. Servo on does not need an alarm reset.
 
     Source: manual chapter 1, 5, 3, note
     """

@@ -1,4 +1,4 @@
-"""The sentences of chapter 3, 1: the state when the controller's power is turned ON."""
+"""The sentences of chapter 3, 1, about the state after the controller's power-on."""
 
 from __future__ import annotations
 
@@ -58,7 +58,10 @@ def test_to_connect_the_master_module_must_operate() -> None:
 def test_to_connect_master_and_controller_must_have_the_same_size_48_or_256_bytes(
     start: Start, robot: int, plc: int, connected: bool
 ) -> None:
-    """48 with SIOW extension invalid, 256 with it valid. Source: manual chapter 3, 1."""
+    """The size is 48 bytes with SIOW extension invalid, and 256 bytes with it valid.
+
+    Source: manual chapter 3, 1.
+    """
     cell = start(size=robot, plc_size=plc)
     cell.run("1s")
     assert cell["Connected"] is connected
@@ -66,7 +69,10 @@ def test_to_connect_master_and_controller_must_have_the_same_size_48_or_256_byte
 
 
 def test_the_controller_always_begins_in_the_servo_off_state_after_power_on(start: Start) -> None:
-    """The connection makes no difference. Source: manual chapter 3, 1."""
+    """The servos are OFF after power-on with and without a connection.
+
+    Source: manual chapter 3, 1.
+    """
     cell = start()
     cell.cell.inject("link_down")
     cell.run("500ms")
@@ -86,7 +92,7 @@ def test_correctly_connected_the_leds_show_the_normal_state(start: Start) -> Non
 
 
 def test_correctly_connected_the_host_must_turn_both_stop_signals_on(start: Start) -> None:
-    """While one of them is OFF, the program does not start. Source: manual chapter 3, 1."""
+    """The program does not start while either of them is OFF. Source: manual chapter 3, 1."""
     cell = start()
     cell["CellSafe"] = cell["StopReleased"] = False
     cell.run("500ms")
@@ -124,7 +130,7 @@ def test_correctly_connected_the_stop_of_a_parallel_board_is_enabled_unless_disa
 
 
 def test_incorrectly_connected_the_leds_show_the_error_state(start: Start) -> None:
-    """The cable is out. Source: manual chapter 3, 1; chapter 4, 2."""
+    """The cable is unplugged. Source: manual chapter 3, 1; chapter 4, 2."""
     cell = start()
     cell.cell.inject("link_down")
     cell.run("500ms")
@@ -149,7 +155,10 @@ def test_with_different_sizes_the_leds_show_the_error_state(start: Start) -> Non
 
 
 def test_the_leds_show_the_error_state_also_when_the_master_does_not_operate() -> None:
-    """Never, or not any more. Source: manual chapter 3, 1; chapter 4, 2."""
+    """The master has never operated, or does not operate any more.
+
+    Source: manual chapter 3, 1; chapter 4, 2.
+    """
     master = Master()
     shown = []
     for connected in (False, True, False):

@@ -1,4 +1,4 @@
-"""The sentences of chapter 5, 2: the dedicated and general-purpose inputs."""
+"""The sentences of chapter 5, 2, about dedicated and general-purpose inputs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def test_si00_off_puts_the_controller_into_the_emergency_stop_state(start: Start
 
 
 def test_si00_is_kept_on_during_normal_operation(start: Start) -> None:
-    """From power on to the running program, SI(00) changes once.
+    """From power-on to the running program, SI(00) changes once.
 
     Source: manual chapter 5, 2, SI(00).
     """
@@ -30,7 +30,7 @@ def test_si00_is_kept_on_during_normal_operation(start: Start) -> None:
 
 
 def test_si01_on_puts_the_servos_on_after_an_emergency_stop_was_cancelled(start: Start) -> None:
-    """The cancelling itself is SI(00) ON and the alarm reset.
+    """SI(00) ON and the alarm reset cancel the emergency stop.
 
     Source: manual chapter 5, 2, SI(01)
     """
@@ -41,7 +41,7 @@ def test_si01_on_puts_the_servos_on_after_an_emergency_stop_was_cancelled(start:
 
 
 def test_si01_acts_when_it_is_switched_from_off_to_on() -> None:
-    """Held ON through a loss of the servos it does nothing more.
+    """If SI(01) stays ON during a loss of the servos, it has no further effect.
 
     Source: manual chapter 5, 2, SI(01)
     """
@@ -71,7 +71,7 @@ def test_si01_needs_si00_on() -> None:
 
 
 def test_si01_needs_all_emergency_stops_cancelled(start: Start) -> None:
-    """SI(00) is ON, the terminal of the SAFETY connector is open.
+    """SI(00) is ON, and the terminal of the SAFETY connector is open.
 
     Source: manual chapter 5, 2, SI(01)
     """
@@ -128,7 +128,10 @@ def test_si12_on_executes_the_robot_program(start: Start) -> None:
 
 
 def test_si12_acts_when_it_is_switched_from_off_to_on() -> None:
-    """Held ON it does not start the program a second time. Source: manual chapter 5, 2, SI(12)."""
+    """If SI(12) stays ON, it does not start the program a second time.
+
+    Source: manual chapter 5, 2, SI(12).
+    """
     master = powered_up(**steps_once("SOW(3)=1", "DELAY 100", "SOW(3)=2"))
     master.turn_and_wait("SI12", True, 1000)
     assert not master.on("SO13")
@@ -142,7 +145,7 @@ def test_si12_acts_when_it_is_switched_from_off_to_on() -> None:
 
 
 def test_si15_on_resets_the_robot_program(start: Start) -> None:
-    """A program that was stopped begins at its beginning. Source: manual chapter 5, 2, SI(15)."""
+    """A stopped program starts at its first line. Source: manual chapter 5, 2, SI(15)."""
     cell = start(**steps_once("SO(20)=1", "WAIT SI(20)=1", "SO(21)=1", "WAIT SI(20)=0")).servo_on()
     assert cell.execute("AutoStart") == 0
     assert cell.execute("ProgramStop") == 0
@@ -153,7 +156,10 @@ def test_si15_on_resets_the_robot_program(start: Start) -> None:
 
 
 def test_si15_acts_when_it_is_switched_from_off_to_on() -> None:
-    """Held ON it does not reset again. Source: manual chapter 5, 2, SI(15)."""
+    """If SI(15) stays ON, it does not reset the program again.
+
+    Source: manual chapter 5, 2, SI(15).
+    """
     master = powered_up()
     master.turn_and_wait("SI15", True)
     assert master.on("SO14")
@@ -184,7 +190,10 @@ def test_si16_on_performs_an_alarm_reset(start: Start) -> None:
 
 
 def test_si16_acts_when_it_is_switched_from_off_to_on() -> None:
-    """An alarm that comes while it is held ON stays. Source: manual chapter 5, 2, SI(16)."""
+    """An alarm that comes while SI(16) stays ON is not reset.
+
+    Source: manual chapter 5, 2, SI(16).
+    """
     master = powered_up()
     master.turn_and_wait("SI16", True)
     master.robot.inject("alarm", group=17, category=500)
@@ -218,7 +227,7 @@ def test_a_robot_program_refers_to_the_value_of_an_si_port(start: Start) -> None
 
 
 def test_a_robot_program_waits_for_a_general_purpose_input(start: Start) -> None:
-    """The program continues when the input is ON, as WAIT SI(20)=1 says.
+    """The program continues when the input is ON, as in WAIT SI(20)=1.
 
     Source: manual chapter 5, 2, SI(20) to SI(157).
     """

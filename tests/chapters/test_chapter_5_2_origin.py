@@ -1,4 +1,4 @@
-"""The sentences of chapter 5, 2: SI(14) and SI(17), the return-to-origin by axis type."""
+"""The sentences of chapter 5, 2, about SI(14) and SI(17), the return-to-origin by axis type."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SEMI, MARK = Axis(start=700, type="semi_absolute"), Axis(start=700, origin_metho
 
 
 def test_si14_returns_incremental_and_semi_absolute_axes(start: Start) -> None:
-    """Absolute axes stay where they are. Source: manual chapter 5, 2, SI(14)."""
+    """Absolute axes do not move. Source: manual chapter 5, 2, SI(14)."""
     cell = start(axes=(ABSOLUTE, INCREMENTAL, SEMI))
     cell.robot.origins[1:] = [False, False]
     cell.servo_on()
@@ -48,7 +48,7 @@ def test_si14_is_for_axes_with_the_sensor_or_stroke_end_method(start: Start, met
 
 
 def test_the_axes_that_si17_moves_depend_on_the_parameter_di17_mode(start: Start) -> None:
-    """SI(17) is dedicated to absolute axes, or applies to absolute and incremental axes.
+    """SI(17) is for absolute axes only, or for absolute and incremental axes.
 
     Source: manual chapter 5, 2, SI(17)
     """
@@ -73,7 +73,10 @@ def test_with_abs_si17_on_performs_the_return_to_origin_of_absolute_axes(start: 
 
 @pytest.mark.parametrize(("mode", "groups"), [("ABS", 1), ("ABS/ORG", 2)])
 def test_si17_acts_when_it_is_switched_from_off_to_on(mode: str, groups: int) -> None:
-    """Held ON it moves once. Source: manual chapter 5, 2, SI(17), ABS and ABS/ORG."""
+    """If SI(17) stays ON, the axis moves once.
+
+    Source: manual chapter 5, 2, SI(17), ABS and ABS/ORG.
+    """
     master = servos_on(axes=(ABSOLUTE, INCREMENTAL), origin_time=200, di17_mode=mode)
     master.turn_and_wait("SI17", True, 200 * groups + 50)
     assert master.robot.positions[0] == 0
@@ -134,7 +137,7 @@ def test_with_abs_org_and_mixed_axes_the_absolute_ones_go_before_the_others(star
 
 
 def test_si17_can_serve_as_both_inputs_of_older_robots(start: Start) -> None:
-    """One input serves all axes (ABS/ORG), as on a robot whose controller was replaced.
+    """One input serves all axes (ABS/ORG), as in older controllers.
 
     Source: manual chapter 5, 2, SI(17), first note
     """
@@ -144,7 +147,10 @@ def test_si17_can_serve_as_both_inputs_of_older_robots(start: Start) -> None:
 
 
 def test_with_si17_for_both_the_absolute_axes_return_each_time_the_others_do(start: Start) -> None:
-    """Although they had their origin. Source: manual chapter 5, 2, SI(17), second note."""
+    """The absolute axes return although they have their origin.
+
+    Source: manual chapter 5, 2, SI(17), second note.
+    """
     cell = start(axes=(ABSOLUTE, INCREMENTAL, SEMI), di17_mode="ABS/ORG")
     cell.robot.origins[1:] = [False, False]
     cell.servo_on()
@@ -153,7 +159,7 @@ def test_with_si17_for_both_the_absolute_axes_return_each_time_the_others_do(sta
 
 
 def test_with_mixed_axes_si17_and_si14_each_for_its_type_is_recommended(start: Start) -> None:
-    """The absolute axes do not move with the others then.
+    """With an input for each type, absolute axes do not move together with the others.
 
     Source: manual chapter 5, 2, SI(17), last note
     """

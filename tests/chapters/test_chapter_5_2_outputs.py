@@ -1,4 +1,4 @@
-"""The sentences of chapter 5, 2: the dedicated and general-purpose outputs."""
+"""The sentences of chapter 5, 2, about dedicated and general-purpose outputs."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def test_so10_is_off_in_any_other_mode(start: Start) -> None:
 
 
 def test_so11_is_on_when_the_robot_has_completed_its_return_to_origin(start: Start) -> None:
-    """All of its axes. Source: manual chapter 5, 2, SO(11)."""
+    """SO(11) needs the origin of all axes of the robot. Source: manual chapter 5, 2, SO(11)."""
     cell = start(origin_complete=False, di17_mode="ABS").servo_on()
     assert not cell.on("SO11")
     assert cell.return_to_origin("ORIGIN_ABSOLUTE") == 0x8010

@@ -1,4 +1,4 @@
-"""The sentences of chapter 5, 2: word inputs and outputs."""
+"""The sentences of chapter 5, 2, about word inputs and word outputs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Start = Callable[..., ChapterCell]
 
 
 def _move_to_19(cell: ChapterCell) -> None:
-    """Move to point 19 with 50 % of the speed."""
+    """Move to point 19 at 50 % of the speed."""
     cell["Command.Code"], cell["Data[1]"], cell["Data[3]"], cell["Data[4]"] = 1, 4, 50, 19
     assert cell.execute("Command") == 0
 
@@ -44,7 +44,7 @@ def test_siw1_is_the_command_data_area_of_the_remote_command(start: Start) -> No
 def test_siw_words_input_word_data_to_the_robot_program(
     start: Start, number: int, size: int
 ) -> None:
-    """Unsigned; in the extended area SIW(24) to SIW(127), too.
+    """The words are unsigned, also SIW(24) to SIW(127) in the extended area.
 
     Source: manual chapter 5, 2, SIW(2) to SIW(15), SIW(24) to SIW(127)
     """
@@ -58,7 +58,10 @@ def test_siw_words_input_word_data_to_the_robot_program(
 def test_sid_double_words_input_double_word_data_to_the_robot_program(
     start: Start, number: int, size: int
 ) -> None:
-    """Signed. Source: manual chapter 5, 2, SID(2) to SID(14), SID(24) to SID(126)."""
+    """The double words are signed.
+
+    Source: manual chapter 5, 2, SID(2) to SID(14), SID(24) to SID(126).
+    """
     cell = start(size=size, **steps_once(f"A=SID({number})"))
     cell["WritesDouble"], cell["Number"], cell["DoubleValue"] = True, number, -70_000
     cell.run_short_program()
@@ -66,7 +69,9 @@ def test_sid_double_words_input_double_word_data_to_the_robot_program(
 
 
 def test_siw2_to_siw15_are_the_command_data_area_of_a_remote_command(start: Start) -> None:
-    """While it runs, the word for the robot program is not there; afterwards it is again.
+    """During the command, the word for the robot program is not on the wire.
+
+    Afterwards it returns.
 
     Source: manual chapter 5, 2, SIW(2) to SIW(15)
     """
@@ -118,7 +123,7 @@ def test_sod_double_words_output_double_word_data_of_the_robot_program(
 
 
 def test_sow2_to_sow15_are_the_response_area_of_a_remote_command(start: Start) -> None:
-    """Meanwhile the robot program's word cannot be read, and no response is mistaken for it.
+    """During the response, the robot program's word cannot be read, and is not confused with it.
 
     Source: manual chapter 5, 2, SOW(2) to SOW(15)
     """

@@ -1,6 +1,6 @@
-"""The sentences of chapter 5, 3: the timing charts of the dedicated inputs and outputs.
+"""The sentences of chapter 5, 3, about the timing charts of dedicated inputs and outputs.
 
-The steps are those that the controller saw, in its own order.
+The tests check the steps as the controller saw them, in that order.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def test_between_two_changes_of_dedicated_inputs_there_are_100_ms_or_more(start:
     before, last, gaps = bytes(2), None, []
     for one in cell.cell.trace.cycles():
         if one.rcx_si and one.rcx_si[32:34] != before:
-            fallen = before[0] & ~one.rcx_si[32] & 0x41  # a stop may come at once
+            fallen = before[0] & ~one.rcx_si[32] & 0x41  # a stop may come without an interval
             if last is not None and not fallen:
                 gaps.append(one.t_us - last)
             before, last = one.rcx_si[32:34], one.t_us
@@ -57,7 +57,7 @@ def test_an_interval_that_is_too_short_is_not_recognised(ms: int) -> None:
 
 
 def test_the_interval_holds_between_changes_of_the_same_dedicated_input() -> None:
-    """SI(06) OFF, and ON again after 90 ms. Source: manual chapter 5, 3.1, caution."""
+    """SI(06) turns OFF, and ON again after 90 ms. Source: manual chapter 5, 3.1, caution."""
     master = powered_up()
     master.turn_and_wait("SI06", False, 90)
     master.turn_and_wait("SI06", True, 90)
@@ -66,7 +66,7 @@ def test_the_interval_holds_between_changes_of_the_same_dedicated_input() -> Non
 
 
 def test_the_interval_holds_between_changes_of_different_dedicated_inputs() -> None:
-    """Two in the same exchange are too near to each other, too.
+    """Two inputs in the same exchange are also too close.
 
     Source: manual chapter 5, 3.1, caution
     """
@@ -78,7 +78,7 @@ def test_the_interval_holds_between_changes_of_different_dedicated_inputs() -> N
 
 
 def test_the_interval_holds_also_where_a_dedicated_output_has_answered(start: Start) -> None:
-    """SO(02) comes after 5 ms, SI(01) goes 100 ms after it came or later all the same.
+    """SO(02) comes after 5 ms. SI(01) is withdrawn only 100 ms or more after it was set.
 
     Source: manual chapter 5, 3.1, caution
     """
@@ -92,7 +92,7 @@ def test_the_interval_holds_also_where_a_dedicated_output_has_answered(start: St
 
 
 def test_initial_servo_on_after_power_on(start: Start) -> None:
-    """SI(01) ON, SO(02) ON, and only then SI(01) OFF.
+    """SI(01) turns ON, then SO(02) turns ON, and only then SI(01) turns OFF.
 
     Source: manual chapter 5, 3.1, initial servo ON process
     """
@@ -101,7 +101,7 @@ def test_initial_servo_on_after_power_on(start: Start) -> None:
 
 
 def test_servo_on_is_answered_if_it_is_not_the_emergency_stop_state(start: Start) -> None:
-    """The block refuses it in the emergency stop state; the controller would not answer either.
+    """In the emergency stop state, the block refuses servo ON, and the controller would not answer.
 
     Source: manual chapter 5, 3.1, initial servo ON process
     """
@@ -116,7 +116,7 @@ def test_servo_on_is_answered_if_it_is_not_the_emergency_stop_state(start: Start
 
 
 def test_servo_on_input_goes_off_after_servo_on_status_is_confirmed(start: Start) -> None:
-    """While the answer is missing SI(01) stays ON.
+    """Without the answer, SI(01) stays ON.
 
     Source: manual chapter 5, 3.1, initial servo ON process
     """
@@ -130,7 +130,7 @@ def test_servo_on_input_goes_off_after_servo_on_status_is_confirmed(start: Start
 
 
 def test_shift_to_emergency_stop(start: Start) -> None:
-    """SI(00) OFF; then SO(00) and SO(03) ON and SO(02) OFF.
+    """SI(00) turns OFF, then SO(00) and SO(03) turn ON and SO(02) turns OFF.
 
     Source: manual chapter 5, 3.1, shift to emergency stop
     """
@@ -139,7 +139,7 @@ def test_shift_to_emergency_stop(start: Start) -> None:
 
 
 def test_servo_on_from_the_emergency_stop_state(start: Start) -> None:
-    """The eight steps of the chart; each input is withdrawn after its answer.
+    """The chart has eight steps. Each input is withdrawn after its answer.
 
     Source: manual chapter 5, 3.1, servo ON process from emergency stop status
     """
@@ -163,7 +163,7 @@ def test_servo_on_from_the_emergency_stop_state(start: Start) -> None:
 def test_from_the_emergency_stop_state_each_input_goes_off_after_its_output_is_confirmed(
     start: Start, delay: str, last: str
 ) -> None:
-    """SI(16) waits for SO(03) OFF, SI(01) for SO(02) ON.
+    """SI(16) stays ON until SO(03) is OFF, and SI(01) until SO(02) is ON.
 
     Source: manual chapter 5, 3.1, servo ON process from emergency stop status
     """
@@ -184,7 +184,7 @@ def test_from_the_emergency_stop_state_each_input_goes_off_after_its_output_is_c
 
 
 def test_auto_mode_needs_the_auto_input_on_and_the_manual_lock_off(start: Start) -> None:
-    """One of the two alone has no effect; with both, SO(10) is ON.
+    """Either condition alone has no effect. With both, SO(10) is ON.
 
     Source: manual chapter 5, 3.2, AUTO mode changeover process
     """
@@ -201,7 +201,7 @@ def test_auto_mode_needs_the_auto_input_on_and_the_manual_lock_off(start: Start)
 
 
 def test_after_the_changeover_the_programming_box_has_no_authority(start: Start) -> None:
-    """Before the changeover the dedicated inputs start nothing, although SO(10) is ON.
+    """Before the changeover, dedicated inputs start nothing although SO(10) is ON.
 
     Source: manual chapter 5, 3.2, AUTO mode changeover process
     """
@@ -214,7 +214,10 @@ def test_after_the_changeover_the_programming_box_has_no_authority(start: Start)
 
 
 def test_program_reset(start: Start) -> None:
-    """SI(15) ON, SO(14) ON, SI(15) OFF. Source: manual chapter 5, 3.2, program reset process."""
+    """SI(15) turns ON, SO(14) turns ON, SI(15) turns OFF.
+
+    Source: manual chapter 5, 3.2, program reset process.
+    """
     cell = start().servo_on()
     assert cell.steps_of("ProgramReset") == ["SI15 ON", "SO14 ON", "SI15 OFF"]
 
@@ -231,7 +234,7 @@ def test_program_reset_input_goes_off_after_the_reset_status_is_confirmed(start:
 
 
 def test_program_execution(start: Start) -> None:
-    """SI(12) ON; SO(14) OFF with SO(13) ON; SI(12) OFF.
+    """SI(12) turns ON, SO(14) turns OFF and SO(13) ON, SI(12) turns OFF.
 
     Source: manual chapter 5, 3.2, program execution process
     """
@@ -258,7 +261,7 @@ def test_auto_start_goes_off_after_the_running_output_is_confirmed(start: Start)
 def test_the_program_cannot_be_executed_if_emergency_stop_or_stop_input_is_off(
     start: Start, emergency: bool, stop: bool, error: int
 ) -> None:
-    """One of them is enough; the block and the controller both refuse.
+    """Either input is enough. The block and the controller both refuse.
 
     Source: manual chapter 5, 3.2, note
     """
@@ -280,7 +283,7 @@ def test_the_program_cannot_be_executed_if_emergency_stop_or_stop_input_is_off(
 
 
 def test_program_execution_before_a_stop(start: Start) -> None:
-    """SI(12) ON, SO(13) ON, SI(12) OFF; SO(14) was OFF already.
+    """SI(12) turns ON, SO(13) turns ON, SI(12) turns OFF. SO(14) was OFF already.
 
     Source: manual chapter 5, 3.3, program execution process
     """
@@ -289,7 +292,7 @@ def test_program_execution_before_a_stop(start: Start) -> None:
 
 
 def test_program_stop_by_the_stop_input(start: Start) -> None:
-    """SI(06) OFF, SO(13) OFF; servos and alarm stay as they are.
+    """SI(06) turns OFF, then SO(13) turns OFF. Servos and alarms do not change.
 
     Source: manual chapter 5, 3.3, program stop process using stop input
     """
@@ -298,7 +301,7 @@ def test_program_stop_by_the_stop_input(start: Start) -> None:
 
 
 def test_program_execution_after_a_stop_by_the_stop_input(start: Start) -> None:
-    """SI(06) ON, SI(12) ON, SO(13) ON, SI(12) OFF: without an alarm reset.
+    """SI(06), SI(12) and SO(13) turn ON, then SI(12) turns OFF. An alarm reset is not needed.
 
     Source: manual chapter 5, 3.3, program execution after stopping program with stop input
     """
@@ -309,7 +312,7 @@ def test_program_execution_after_a_stop_by_the_stop_input(start: Start) -> None:
 
 
 def test_the_program_also_stops_at_a_transition_to_emergency_stop(start: Start) -> None:
-    """Then SO(03) is ON and SO(02) OFF. Source: manual chapter 5, 3.3, note."""
+    """The transition turns SO(03) ON and SO(02) OFF. Source: manual chapter 5, 3.3, note."""
     cell = start().program()
     since = cell.from_now()
     assert cell.execute("EmergencyStop") == 0

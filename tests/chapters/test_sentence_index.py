@@ -1,4 +1,4 @@
-"""Every sentence that states a behaviour has its test: how many each section has, and how many."""
+"""Every sentence of the manual that states a behaviour has a test, counted by section."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SENTENCES = {
     "1, 5, 2, second note": 1,
     "1, 5, 3": 7,  # two causes, communication, SI(00), SI(06), SAFETY connector, parallel I/O
     "1, 5, 3, note": 1,
-    "3, 1": 14,  # four conditions, servo OFF, four sentences connected, five not connected
+    "3, 1": 14,  # four conditions, servo OFF, four sentences on a connection, five on a missing one
     "5, 2, SO(00)": 1,
     "5, 2, SO(01)": 1,
     "5, 2, SO(02)": 1,
@@ -58,7 +58,7 @@ SENTENCES = {
     "5, 2, SOW(2) to SOW(15), SOW(24) to SOW(127)": 1,
     "5, 2, SOD(2) to SOD(14), SOD(24) to SOD(126)": 1,
     "5, 3.1": 1,  # servo OFF at power-on
-    "5, 3.1, caution": 5,  # 100 ms, too short, same input, different ones, answered ones
+    "5, 3.1, caution": 5,  # 100 ms, too short, same input, different inputs, answered inputs
     "5, 3.1, initial servo ON process": 3,
     "5, 3.1, shift to emergency stop": 1,
     "5, 3.1, servo ON process from emergency stop status": 2,
@@ -75,7 +75,7 @@ SENTENCES = {
 
 
 def _sections() -> Counter[str]:
-    """Return how many tests of this folder name each section."""
+    """Return the number of tests in this folder for each section."""
     found: Counter[str] = Counter()
     for file in Path(__file__).parent.glob("test_chapter_*.py"):
         for node in ast.parse(file.read_text(encoding="utf-8")).body:

@@ -1,6 +1,6 @@
-"""The commands in processes that are of Windows, as far as that can be had on another system.
+"""The commands run in processes that behave as on Windows, as far as Linux can simulate it.
 
-What such a process is: tests/support/as_windows/sitecustomize.py.
+tests/support/as_windows/sitecustomize.py defines such a process.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def test_a_new_project_passes_its_tests(rcx: Rcx, tmp_path: Path, windows: dict[
 def test_a_run_is_the_same_byte_for_byte_and_its_chart_is_of_ascii(
     rcx: Rcx, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, engine: str
 ) -> None:
-    """With matiec a library is loaded; its file remains until it is unloaded."""
+    """A library of matiec is loaded, and its file remains until the library is unloaded."""
     if missing := why_not(engine):
         pytest.skip(missing)
     monkeypatch.chdir(tmp_path)

@@ -1,4 +1,7 @@
-"""Bad input of every command: one message that names it, exit code 2, and nothing is lost."""
+"""Bad input of every command gives one message that names it, and exit code 2.
+
+Files of the user do not change.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from rcx_harness.cli.app import main
 Captured = pytest.CaptureFixture[str]
 
 _ZEROS = "00" * 48
-#: A trace of two scans in which nothing happens.
+#: A trace of two scans without any change.
 _TRACE = (
     '{"format":"rcx-trace/1","scan_us":10000,"cycle_us":5000,"size":48,"engine":"builtin",'
     '"link":"direct","seed":0}\n'
@@ -24,7 +27,7 @@ _LOOP = "Too many levels of symbolic links"
 
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the current folder; it contains `loop`, a link that leads back to itself."""
+    """Return the current folder. It contains `loop`, a link that leads back to itself."""
     monkeypatch.chdir(tmp_path)
     os.symlink("there", "loop")
     os.symlink("loop", "there")
@@ -110,7 +113,7 @@ def test_a_link_in_a_loop_is_not_replaced(here: Path, capsys: Captured, words: l
 def test_an_unwritable_place_is_reported_with_the_reason(
     here: Path, capsys: Captured, words: list[str], where: str, place: str, reason: str
 ) -> None:
-    """Standard output is not among the reasons.
+    """The message does not name standard output as the reason.
 
     Source: open(2), ENOTDIR, ENAMETOOLONG; proc(5) takes no new files.
     """
@@ -181,7 +184,7 @@ def test_json_is_written_to_a_file_beside_what_is_printed(here: Path, capsys: Ca
     assert capsys.readouterr().out == written
     assert main(["judge", "t.jsonl", "--json"]) == 0
     assert capsys.readouterr().out == written
-    assert main(["judge", "t.jsonl", "--json", "it.json", "--quiet"]) == 0  # its own, once more
+    assert main(["judge", "t.jsonl", "--json", "it.json", "--quiet"]) == 0  # replaces its own file
 
 
 def test_an_instance_needs_the_option_connect(here: Path, capsys: Captured) -> None:

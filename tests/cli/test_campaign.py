@@ -1,4 +1,4 @@
-"""`rcx campaign` and `rcx sweep`: exit codes, findings, and replays that `rcx run` repeats."""
+"""`rcx campaign` and `rcx sweep` report findings by exit codes, and by replays for `rcx run`."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_a_cell_that_recovers_passes_and_seeds_run_once(here: Path, capsys: Capt
 
 @pytest.mark.exhaustive
 def test_a_property_that_breaks_is_replayed_by_rcx_run(here: Path, capsys: Captured) -> None:
-    """Open while it runs: the shortest run starts it, and has never closed it."""
+    """The feeder runs while it is open, so the shortest run starts it and never closes it."""
     feeder(here, runs_open=True)
     assert main(_CAMPAIGN) == 1
     said = capsys.readouterr().out
@@ -77,6 +77,7 @@ def test_a_cell_that_does_not_recover_is_found(here: Path, capsys: Captured) -> 
         assert main(command.split()[1:]) == 1
 
 
+@pytest.mark.exhaustive
 def test_a_file_of_the_users_is_not_written_over(here: Path, capsys: Captured) -> None:
     feeder(here, runs_open=True)
     (here / "out/campaign").mkdir(parents=True)
@@ -215,7 +216,7 @@ def test_a_killed_worker_changes_no_result(here: Path, capsys: Captured) -> None
         replays = [file.read_text() for file in sorted((here / out).glob("*.toml"))]
         found.append((sorted(lines[1:]), said, replays))
     assert found[0] == found[1] == found[2]
-    assert len(found[0][0]) > 4, "seeds, and the classes of those that fail"
+    assert len(found[0][0]) > 4, "seeds, and the classes of failing seeds"
 
 
 @pytest.mark.parametrize("command", [_CAMPAIGN[:-2], _SWEEP[:-2]])
@@ -240,7 +241,7 @@ def test_the_options_of_a_cluster_are_those_of_every_command(
 
 @pytest.mark.exhaustive
 def test_a_late_answer_is_found_and_judged_by_run(here: Path, capsys: Captured) -> None:
-    """Go while it is broken is not answered: nothing in the feeder says that it has to be."""
+    """The feeder does not answer Go during a fault, so a campaign breaks this demand."""
     feeder(here)
     late = (
         '[[eventually]]\nname = "go"\nafter = "Main.Go"\nthat = "Main.Running"\nwithin = "50ms"\n'
@@ -258,6 +259,7 @@ def test_a_late_answer_is_found_and_judged_by_run(here: Path, capsys: Captured) 
     )
 
 
+@pytest.mark.exhaustive
 def test_an_interrupted_campaign_keeps_what_is_done_and_goes_on(
     here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
@@ -271,7 +273,9 @@ def test_an_interrupted_campaign_keeps_what_is_done_and_goes_on(
     with monkeypatch.context() as patch:
         patch.setattr(module, "storms", three)
         assert main(_CAMPAIGN) == 130
-    assert "what is done is in out/campaign; the same call goes on" in capsys.readouterr().out
+    assert (
+        "finished results are in out/campaign; the same call continues" in capsys.readouterr().out
+    )
     results = here / "out/campaign/results.jsonl"
     before = results.read_text()
     keys = [json.loads(line)["key"] for line in before.splitlines()[1:]]
@@ -289,7 +293,7 @@ def test_an_interrupted_campaign_keeps_what_is_done_and_goes_on(
 
 @pytest.mark.exhaustive
 def test_a_sweep_names_the_moments_of_no_recovery(here: Path, capsys: Captured) -> None:
-    """The latch falls only when the link is lost while the feeder runs, from 400 ms on."""
+    """The latch is set only if the link is lost while the feeder runs, from 400 ms on."""
     feeder(here, latches=True)
     sweep = [*_SWEEP, "--inject", "link_down,plc_overrun", "--every", "5", "--json", "out/it.json"]
     assert main(sweep) == 1
@@ -299,12 +303,13 @@ def test_a_sweep_names_the_moments_of_no_recovery(here: Path, capsys: Captured) 
     assert told["inject"] == ["link_down", "plc_overrun"]
     (one,) = told["classes"]
     assert (one["inject"], one["kind"]) == ("link_down", "recovery")
-    # A loss is seen 100 ms after the last packet. One that begins behind scan 30 is seen at 400 ms,
-    # in the scan in which Go comes: it never ran. The next run finds it running.
+    # A loss is detected 100 ms after the last packet. A loss that begins after scan 30 is detected
+    # at 400 ms, in the scan in which Go comes, so that the feeder never ran. A loss after scan 35
+    # is detected while it runs.
     assert one["scans"] == [[35, 95]]
     command = _replays(said)[0]
     assert main(command.split()[1:]) == 1
-    assert main(sweep) == 1, "what is known is not run again, and says the same"
+    assert main(sweep) == 1, "a known moment is not run again, and has the same result"
 
 
 def test_a_sweep_of_a_cell_that_recovers_ends_with_0(here: Path, capsys: Captured) -> None:
@@ -317,7 +322,7 @@ def test_a_sweep_of_a_cell_that_recovers_ends_with_0(here: Path, capsys: Capture
 
 @pytest.mark.exhaustive
 def test_a_sweep_injects_at_each_of_several_controllers(here: Path, capsys: Captured) -> None:
-    """Robot 1 of example 12 has lost its Reset: it alone does not come back."""
+    """In example 12, Reset of robot 1 is never set. Only robot 1 does not recover."""
     changed_example(here, "12_two_robots", (("Reset := Reset1,", "Reset := FALSE,"),))
     demands = here / "campaign.toml"
     demands.write_text(demands.read_text().replace('within = "40s"', 'within = "6s"'))
@@ -343,7 +348,7 @@ def test_a_sweep_injects_at_each_of_several_controllers(here: Path, capsys: Capt
     [
         (["--inject", "link_dwn"], "did you mean link_down"),
         (["--inject", "link_down@2"], "the cell has 1 controller(s)"),
-        (["--inject", "link_down,link_down"], "names something twice"),
+        (["--inject", "link_down,link_down"], "has a name twice"),
         (["--inject", "Main.Goo=true"], "did you mean Go"),
         (["--inject", "Main.Go=3"], "the value is not true or false"),
         (["--inject", "auto_mode"], "'auto_mode' cannot have a duration"),

@@ -1,4 +1,4 @@
-"""`rcx check`: errors of the front end, and the portability rules one by one."""
+"""`rcx check` reports errors of the front end and breaches of each portability rule."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_a_broken_rule_of_the_library_exits_with_1(tmp_path: Path, capsys: Captu
     file = write(tmp_path, "FB_Other", block())
     assert main(["check", str(file), "--lib", str(tmp_path)]) == 1
     out = capsys.readouterr().out
-    assert f"{file}:1:16: rule: FB_It is not called as its file, FB_Other\n" in out
+    assert f"{file}:1:16: rule: FB_It is not in a file of this name but in FB_Other\n" in out
 
 
 def test_lint_checks_folders_with_several_programs_and_binds_them_all(
@@ -98,8 +98,8 @@ def test_a_missing_file_is_exit_code_2(capsys: Captured) -> None:
         (block("    t : TIME := T#1.5s;\n"), 3, "T#1.5s: write a TIME with one whole"),
         (block(body="  a := DINT#-5;\n"), 5, "DINT#-5: a sign after #"),
         (block(body="  a := TIME_TO_INT(T#1s);\n"), 5, "TIME_TO_INT: conversions of TIME differ"),
-        (block(body="  IF SHL(a, 1) = a THEN\n    a := 1;\n  END_IF;\n"), 5, "compared at once"),
-        (block(body="  IF (NOT a) = a THEN\n    a := 1;\n  END_IF;\n"), 5, "compared at once"),
+        (block(body="  IF SHL(a, 1) = a THEN\n    a := 1;\n  END_IF;\n"), 5, "a comparison of NOT"),
+        (block(body="  IF (NOT a) = a THEN\n    a := 1;\n  END_IF;\n"), 5, "a comparison of NOT"),
         (block(body="  b := NOT (a = a);\n"), 5, "NOT of a comparison"),
         (block(body="  b := NOT (b AND (a < a));\n"), 5, "NOT of a comparison"),
         (block(body="  t := MID(IN := 'abc', L := 1, P := 2);\n"), 5, "MID of a literal"),
@@ -117,7 +117,7 @@ def test_a_missing_file_is_exit_code_2(capsys: Captured) -> None:
         ("TYPE\n  RCX_A : STRUCT\n    a : FB_X;\n  END_STRUCT;\nEND_TYPE\n", 3,
          "a block in a structure"),
         ("TYPE\n  RCX_A : ARRAY [0..Top] OF INT;\nEND_TYPE\n", 2,
-         "array bounds are to be literals"),
+         "array bounds must be literals"),
         ("TYPE\n  RCX_A : (A_ONE := 1, A_TWO);\nEND_TYPE\n", 2, "an enumeration with values"),
         ("TYPE\n  RCX_A : INT (0..5);\nEND_TYPE\n", 2, "a subrange"),
     ],
@@ -134,8 +134,8 @@ def test_a_line_that_is_one_text_may_be_longer_for_it_cannot_be_broken(tmp_path:
     assert not lint([write(tmp_path, "It", block("    t : STRING;\n", body))])
 
 
-#: Words that edition 3 of the standard reserved and edition 2 left free, and that are not keywords
-#: here: the others end in an error before the rules are looked at.
+#: Words that edition 3 of the standard reserves and edition 2 does not. Words that are keywords
+#: here are left out, because they are an error before the rules are checked.
 _NEW_WORDS = ["Abstract", "CHAR", "Char", "End_Class", "END_INTERFACE", "End_Method",
               "END_NAMESPACE", "Final", "Internal", "LDATE", "Ldate_And_Time", "Ldt", "Ltime",
               "LTIME_OF_DAY", "Ltod", "Null", "Overlap", "Override", "Private", "Protected",
@@ -154,7 +154,7 @@ def test_reserved_words_of_edition_3_are_no_names(tmp_path: Path, word: str) -> 
     kind = f"TYPE\n  {word} : INT;\nEND_TYPE\n"
     called = block().replace("FB_It", word)
     for text in (variable, field, member, kind, called):
-        if text is member and word in ("Super", "This"):  # in brackets they may be an argument
+        if text is member and word in ("Super", "This"):  # here it may be an argument
             with pytest.raises(InputError, match=f"It.st:2:19: {word} is a reserved word"):
                 lint([write(tmp_path, "It", text)])
             continue
@@ -204,7 +204,7 @@ def test_the_library_has_rules_of_its_own(tmp_path: Path, text: str, finding: st
 def test_a_fault_of_matiec_is_a_warning_with_all_its_lines(
     tmp_path: Path, capsys: Captured
 ) -> None:
-    """Without matiec, too. Source: docs/reference/engines.md."""
+    """The warning also appears without an installed matiec. Source: docs/reference/engines.md."""
     text = "PROGRAM Main\nVAR V : STRING; END_VAR\n  V := 'a$Nb';\n  V := 'c$0Ad';\nEND_PROGRAM\n"
     file = write(tmp_path, "Main", text)
     assert main(["check", str(file)]) == 0

@@ -1,4 +1,4 @@
-"""`rcx encode` and `rcx decode`, on the telegrams that the manual prints."""
+"""`rcx encode` and `rcx decode` process the telegrams that the manual prints."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ Captured = pytest.CaptureFixture[str]
 
 
 def test_the_ptp_example_is_encoded_as_the_manual_prints_it(capsys: Captured) -> None:
-    """All axes to point 19 at 50 %: n+2 = 0x0004, n+6 = 0x0032, n+8 = 0x0013.
+    """All axes move to point 19 at 50 %: n+2 = 0x0004, n+6 = 0x0032, n+8 = 0x0013.
 
     Source: guide chapter 2, example, step 1.
     """
@@ -25,7 +25,7 @@ def test_the_ptp_example_is_encoded_as_the_manual_prints_it(capsys: Captured) ->
 @pytest.mark.parametrize(
     ("words", "shown"),
     [
-        # Guide 4.2.1, R: the upper digit is the robot.
+        # Guide 4.2.1, R: the upper digit is the robot number.
         ("encode 0x001 point=1 --robot 2", ["n     16#2001\n", "  robot 2\n"]),
         ("encode 16#2001 point=1", ["n     16#2001\n"]),
         # Guide chapter 2, example, step 1.
@@ -33,7 +33,7 @@ def test_the_ptp_example_is_encoded_as_the_manual_prints_it(capsys: Captured) ->
          ["  speed_mode = 2  (in %)\n", "  speed = 50 ", "  point = 19\n"]),
         ("decode 0x7001 0", ["  not allowed: robot 7 cannot be designated\n"]),
         ("decode 0x0001 0x0008", ["  not allowed: n+2 has bits 16#0008 set"]),
-        # Guide chapter 1, 1.2, code 0x4000: 0x000C, 0x0258 are the emergency stop.
+        # Guide chapter 1, 1.2, code 0x4000: 0x000C and 0x0258 mean the emergency stop.
         ("decode --response MovePtp 0x4000 0x000C 0x0258",
          ["  status 16#4000: abnormal end\n", "  alarm 12.600"]),
         # Guide 4.7.4, normal end: the axis data are 32 bits, the lower word first.

@@ -1,4 +1,7 @@
-"""`rcx compare`: files, options, exit codes; what it compares is tested in tests/look/compare."""
+"""`rcx compare` reads its files and options, and reports differences by its exit code.
+
+The comparison itself is tested in tests/look/compare.
+"""
 
 from __future__ import annotations
 
@@ -32,9 +35,9 @@ def trace(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_both_sides_of_the_first_differences_are_shown(trace: Path, capsys: Captured) -> None:
     assert main(["compare", str(trace)]) == 1
     lines = capsys.readouterr().out.splitlines()
-    assert "controller 1 is the recorded one, 2 the virtual one" in lines
+    assert "controller 1 is recorded, controller 2 is virtual" in lines
     at = next(k for k, line in enumerate(lines) if "SO(02) Servo ON status output, for" in line)
-    assert lines[at].strip().startswith("0.450 s")  # 400 ms of inputs, then 50 ms, not 80
+    assert lines[at].strip().startswith("0.450 s")  # 400 ms of inputs, then 50 ms (not 80)
     assert lines[at + 1].split() == ["recorded", "OFF"]
     assert lines[at + 2].split() == ["virtual", "ON"]
     assert "servo-on" in lines[at + 3]
@@ -79,7 +82,7 @@ def test_fit_extends_the_old_robot_file(trace: Path, tmp_path: Path, capsys: Cap
 
 
 def test_a_capture_of_packets_is_compared_as_a_trace_is(tmp_path: Path, capsys: Captured) -> None:
-    """Every 10 ms a packet each way: the PLC's, then what the controller answers."""
+    """Each 10 ms has a packet of the PLC and then the answer of the controller."""
     master = RecordedMaster(servo_on_delay=80.0, host_version=0x0112)
     short_run(master)
     story = Story()
@@ -103,17 +106,20 @@ def test_a_capture_of_packets_is_compared_as_a_trace_is(tmp_path: Path, capsys: 
     assert main(["compare", str(path), "--quiet", "--fit", str(found)]) == 0
     text = found.read_text(encoding="utf-8")
     assert "host_version = 274" in text
-    assert "servo_on_delay = 8" in text  # 80 ms, and up to a packet interval
+    assert "servo_on_delay = 8" in text  # 80 ms plus at most a packet interval
     capsys.readouterr()
     assert main(["compare", str(path), "--robot", str(found)]) == 0
 
 
 def test_a_capture_of_256_bytes_is_compared_whole(tmp_path: Path, capsys: Captured) -> None:
-    """SOW(127), the last word, is 7 in the capture; the program that writes it is not described."""
+    """SOW(127), the last word, is 7 in the capture, because a robot program wrote it.
+
+    The robot file does not contain that program.
+    """
     master = RecordedMaster(size=256, host_version=0x0112)
     short_run(master)
     story = Story()
-    story.open(0, o_to_t="0649", t_to_o="0249")  # 2 + 4 + 256 and 2 + 256 bytes
+    story.open(0, o_to_t="0649", t_to_o="0249")  # sizes: 2 + 4 + 256 and 2 + 256 bytes
     for number, (t_us, si, so) in enumerate(master.cycles):
         last = (b"\x07\x00" if number > 100 else bytes(2)) if si else so[-2:]
         story.both(10_000 + t_us, si or bytes(256), so[:-2] + last)
@@ -150,7 +156,7 @@ def test_events_explain_a_persons_actions(tmp_path: Path, capsys: Captured) -> N
     events.write_text('[[at]]\ntime = "200ms"\nrobot = "manual_mode"\n', encoding="utf-8")
     assert main(["compare", str(path), "--events", str(events)]) == 0
     for wrong, message in (
-        ('set = { "Main.Go" = true }', "sets more than events; use time and robot"),
+        ('set = { "Main.Go" = true }', "has more than robot events; use time and robot"),
         ('robot = "link_down"', "'link_down' is not an event of a robot"),
     ):
         events.write_text(f'[[at]]\ntime = "200ms"\n{wrong}\n', encoding="utf-8")

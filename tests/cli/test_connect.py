@@ -1,4 +1,4 @@
-"""`rcx run --connect`: the question, the options, Ctrl-C, and a whole run with `rcx serve`."""
+"""`rcx run --connect` asks a question, takes options, ends at Ctrl-C and runs with `rcx serve`."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from structured_text.errors import InputError
 
 Captured = pytest.CaptureFixture[str]
 DEMO = ("plc", "examples", "01_power_up")
-#: An address that is nobody's (RFC 5737).
+#: An address for documentation, which no device has (RFC 5737).
 NOBODY = "192.0.2.1"
 
 
@@ -47,7 +47,7 @@ def test_without_anybody_to_ask_it_is_one_message(
     repository: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys, "stdin", Terminal(somebody=False))
-    monkeypatch.setattr(Cell, "build", lambda *_, **__: pytest.fail("it was started"))
+    monkeypatch.setattr(Cell, "build", lambda *_, **__: pytest.fail("the run was started"))
     assert main(["run", str(repository.joinpath(*DEMO)), "--connect", NOBODY]) == 2
     error = capsys.readouterr().err
     assert error == (
@@ -139,7 +139,7 @@ def test_wrong_options_are_one_message(
     assert main(["run", str(repository.joinpath(*DEMO)), *options]) == 2
     error = capsys.readouterr().err
     assert message in error
-    assert error.removeprefix("compiling ...\n").count("\n") == 1  # a slow machine's progress
+    assert error.removeprefix("compiling ...\n").count("\n") == 1  # printed on a slow machine only
 
 
 @pytest.mark.exhaustive
@@ -148,7 +148,9 @@ def test_wrong_options_are_one_message(
     reason="it needs /proc and loopback addresses besides 127.0.0.1, as Linux has them",
 )
 def test_the_demo_drives_a_controller(repository: Path, tmp_path: Path, capsys: Captured) -> None:
-    """Power-up, servo ON, program reset: as with the virtual controller in the same cell.
+    """The demo does power-up, servo ON and program reset as with the virtual controller.
+
+    Both run in the same cell.
 
     Source: manual chapter 5, 3.1 and 3.2
     """
@@ -175,19 +177,19 @@ def test_the_demo_drives_a_controller(repository: Path, tmp_path: Path, capsys: 
     assert risen == [name for name, _, _ in _SIGNALS]
 
 
-#: SO(00), SO(02) servo ON and SO(14) program reset, in bytes 32 and 33 (chapter 5, 2).
+#: SO(00), SO(02) servo ON and SO(14) program reset are in bytes 32 and 33 (chapter 5, 2).
 _SIGNALS = (("SO00", 32, 0), ("SO02", 32, 2), ("SO14", 33, 4))
 
 
 class SilentScanner:
-    """A connection that is opened, and on which nothing is taken."""
+    """A connection that opens but receives no packets."""
 
     ended = None
     failure = ""
     why = ""
 
     def __init__(self, *_: object, **__: object) -> None:
-        """Accept all arguments: a controller is present."""
+        """Accept all arguments, as for an existing controller."""
 
     def open(self) -> None:
         """Succeed: the controller accepts the connection."""
@@ -215,7 +217,7 @@ class SilentScanner:
     ("drops", "message"),
     [
         ("", "rcx: there was no connection in the whole run: 127.0.0.1: "
-         "packets have not come yet; check that no firewall blocks UDP port 2222\n"),
+         "no packets have arrived yet; check that no firewall blocks UDP port 2222\n"),
         ("of a wrong length (20 bytes instead of 50)",
          "rcx: there was no connection in the whole run: 127.0.0.1: "
          "packets arrive, but cannot be used: they are "
@@ -237,7 +239,7 @@ def test_a_run_without_a_single_packet_of_the_controller_is_an_error(
     captured = capsys.readouterr()
     assert captured.err.endswith(message)
     assert "3 scans" in captured.out
-    assert trace.exists(), "what was seen is written all the same"
+    assert trace.exists(), "the trace is written in any case"
 
 
 def test_ctrl_c_ends_the_run_with_zeros_and_all_outputs(

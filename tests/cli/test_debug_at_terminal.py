@@ -1,4 +1,4 @@
-"""`rcx debug` started by a person, not by an editor."""
+"""`rcx debug` gives different messages to a person and to an editor."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def _stdin(monkeypatch: pytest.MonkeyPatch, descriptor: int) -> Iterator[None]:
 
 
 def test_a_terminal_is_told_what_to_do(monkeypatch: pytest.MonkeyPatch, capfd: Captured) -> None:
-    """Standard output stays empty: it is the client's.
+    """The message is on standard error. Standard output stays empty for the client.
 
     Source: docs/how-to/debug.md.
     """
@@ -42,7 +42,7 @@ def test_a_terminal_is_told_what_to_do(monkeypatch: pytest.MonkeyPatch, capfd: C
 
 
 def test_behind_a_pipe_it_says_nothing(monkeypatch: pytest.MonkeyPatch, capfd: Captured) -> None:
-    """Some clients show everything on standard error as an error.
+    """Some clients show any text on standard error as an error.
 
     Source: docs/how-to/debug.md.
     """

@@ -1,4 +1,4 @@
-"""The end of a command after closed streams, SIGTERM or an internal error."""
+"""A command ends properly after closed streams, SIGTERM or an internal error."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _COMMAND = "import sys; from rcx_harness.cli.start import main; sys.exit(main())
 @_NOT_ON_WINDOWS
 @pytest.mark.parametrize("closed", [(1,), (0, 1, 2)])
 def test_a_command_works_with_closed_streams(tmp_path: Path, closed: tuple[int, ...]) -> None:
-    """The output is discarded; it does not go into a file that is opened later.
+    """The output is discarded. It is not written into a file that is opened later.
 
     Source: open(2): the lowest number that is free.
     """
@@ -60,7 +60,7 @@ def test_a_message_is_lost_where_standard_error_is_closed_but_not_the_exit_code(
 @_NOT_ON_WINDOWS
 @pytest.mark.parametrize("words", [("run", "--help"), ("eds",), ("encode", "MovePtp")])
 def test_a_command_whose_reader_has_gone_ends_quietly(words: tuple[str, ...]) -> None:
-    """Exit code 1 would mean that a check has found something.
+    """Exit code 1 would mean that a check has failed.
 
     Source: what a shell gives for a process that SIGPIPE has ended: 128 + 13.
     """
@@ -74,7 +74,7 @@ def test_a_command_whose_reader_has_gone_ends_quietly(words: tuple[str, ...]) ->
     assert (done.returncode, done.stderr) == (141, b"")
 
 
-#: Runs the command, and sends SIGTERM when a function of this name begins.
+#: Runs the command, and sends SIGTERM when the function with this name begins.
 _TERMINATED = """
 import os, signal, sys
 where = sys.argv.pop(1)
@@ -92,7 +92,7 @@ sys.exit(main())
 @_NOT_ON_WINDOWS
 @pytest.mark.skipif(sys.version_info < (3, 11), reason="code objects have no qualified name")
 def test_sigterm_leaves_no_temporary_folder(repository: Path, tmp_path: Path) -> None:
-    """A campaign has a copy of the program in a temporary folder.
+    """A campaign keeps a copy of the program in a temporary folder.
 
     Source: signal(7); shells give 128 and the number of the signal.
     """
@@ -108,7 +108,7 @@ def test_sigterm_leaves_no_temporary_folder(repository: Path, tmp_path: Path) ->
     assert [path.name for path in temporary.iterdir()] == []
 
 
-#: A command that fails as this expression does.
+#: A command that fails with the error of this expression.
 _BROKEN = """
 import sys
 import rcx_harness.cli.app

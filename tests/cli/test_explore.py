@@ -1,4 +1,4 @@
-"""`rcx explore`: all states of a small program, broken rules in them, and the messages."""
+"""`rcx explore` visits all states of a small program and reports rules that are broken."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def _written(folder: Path, text: str) -> str:
 
 
 def test_a_program_is_explored_to_its_end(folder: Path, capsys: Captured) -> None:
-    """By hand: the initial state, and after one scan one state for each value of Button, 0 to 2."""
+    """By hand: the initial state and, after one scan, a state for each value 0 to 2 of Button."""
     file = _written(folder, _COUNT)
     assert main(["explore", file, "--input", "Main.Button", "--faults", "none"]) == 0
     said = capsys.readouterr().out
@@ -86,7 +86,7 @@ def test_a_program_is_explored_to_its_end(folder: Path, capsys: Captured) -> Non
 
 
 def test_a_program_with_a_located_variable_is_explored(folder: Path, capsys: Captured) -> None:
-    """By hand: the number of states does not change, because nothing writes the variable."""
+    """By hand: the number of states does not change, because the variable is never written."""
     text = _COUNT.replace("Button : BOOL;", "Button : BOOL; Far AT %QB60 : ARRAY [0..3] OF BYTE;")
     assert (
         main(["explore", _written(folder, text), "--input", "Main.Button", "--faults", "none"]) == 0
@@ -96,7 +96,7 @@ def test_a_program_with_a_located_variable_is_explored(folder: Path, capsys: Cap
 
 def test_an_input_without_values_stays_and_is_named(folder: Path, capsys: Captured) -> None:
     assert main(["explore", _written(folder, _LATE), "--input", "Main.Key"]) == 0
-    assert "Main.Button stays as it begins (--input Main.Button" in capsys.readouterr().out
+    assert "Main.Button keeps its initial value (--input Main.Button" in capsys.readouterr().out
 
 
 def test_a_bound_that_is_reached_is_no_end(folder: Path, capsys: Captured) -> None:
@@ -109,7 +109,7 @@ def test_a_bound_that_is_reached_is_no_end(folder: Path, capsys: Captured) -> No
 
 
 def test_an_assertion_is_broken_by_a_shortest_run(folder: Path, capsys: Captured) -> None:
-    """By hand: one input changes in a scan, then 300 ms pass, in scans of 100 ms."""
+    """By hand: an input changes in a scan, and then 300 ms pass in scans of 100 ms."""
     file = _written(folder, _LATE)
     always = "NOT (Main.Green AND Button)"
     inputs = ["--input", "Main.Button", "--input", "Main.Key"]
@@ -118,7 +118,7 @@ def test_an_assertion_is_broken_by_a_shortest_run(folder: Path, capsys: Captured
     assert "BROKEN in scan 5, at 400 ms" in said
     assert "always: NOT (Green AND Button)" in said
     command = next(line for line in said.splitlines() if line.startswith("  rcx run "))
-    assert main(command.split()[1:]) == 0  # `rcx run` knows nothing of this rule
+    assert main(command.split()[1:]) == 0  # `rcx run` does not check this rule
     with Cell.build(file, scan="100ms") as cell:
         Stimulus.load("out/explore/broken.toml").schedule(cell)
         cell.scan(4)
@@ -129,7 +129,7 @@ def test_an_assertion_is_broken_by_a_shortest_run(folder: Path, capsys: Captured
     assert "Lamp.st" not in [path.name for path in Path("out/explore").iterdir()]
 
 
-#: By hand: both inputs are TRUE from the second scan on, at 100 ms; the lamp comes 300 ms later.
+#: By hand: both inputs are TRUE from the second scan on, at 100 ms. The lamp lights 300 ms later.
 _LATE_DEMANDS = """[operator]
 buttons = ["Main.Button"]
 switches = ["Main.Key"]
@@ -146,7 +146,7 @@ switches = ["Main.Key"]
             'that = "Main.Green"\nwithin = "100ms"\n',
             "BROKEN in scan 4, at 300 ms|eventually lit: Main.Green has not come within 100 ms",
         ),
-        (  # at 400 ms it comes, unless an input has been let go
+        (  # the lamp lights at 400 ms, unless an input has become FALSE
             '[[eventually]]\nafter = "Main.Button AND Main.Key"\n'
             'that = "Main.Green"\nwithin = "200ms"\n',
             "BROKEN in scan 5, at 400 ms|has not come within 200 ms; Main.Green = FALSE",
@@ -176,7 +176,7 @@ def test_a_demand_of_a_file_is_judged_and_run_again(
 
 
 def test_a_demand_may_name_the_scan_before(folder: Path, capsys: Captured) -> None:
-    """By hand: 0, 1, 2, and in the third scan 0 again."""
+    """By hand: the values are 0, 1, 2, and in the third scan 0 again."""
     demanded = '[[always]]\nthat = "BEFORE(Main.Count) <> 2 OR Main.Count <> 0"\n'
     (folder / "mine.toml").write_text(demanded + '[operator]\nbuttons = ["Main.Button"]\n')
     command = ["explore", _written(folder, _COUNT), "--properties", "mine.toml"]
@@ -226,7 +226,7 @@ def test_assertions_in_comments_are_judged_too(folder: Path, capsys: Captured) -
 def test_a_rule_of_the_wire_is_broken_and_rcx_run_shows_it(folder: Path, capsys: Captured) -> None:
     """Source: manual chapter 5, 3, caution: 100 ms between changes of dedicated inputs."""
     file = _written(folder, _FLICKERS)
-    assert main(["explore", file, "--scan", "100ms"]) == 1  # no stop is released: SI(00) is OFF
+    assert main(["explore", file, "--scan", "100ms"]) == 1  # SI(00) is OFF
     assert "start against stop: SI(01) ON while SI(00) is OFF" in capsys.readouterr().out
     released = _FLICKERS.replace("BYTE#0, BYTE#2", "BYTE#1, BYTE#3")  # SI(00) ON first
     file = _written(folder, released.replace("On : BOOL;", "On : BOOL := TRUE;"))
@@ -242,7 +242,7 @@ def test_a_rule_of_the_wire_is_broken_and_rcx_run_shows_it(folder: Path, capsys:
 
 
 def test_a_program_that_stops_is_reported_with_its_line(folder: Path, capsys: Captured) -> None:
-    """By hand: the third press leaves the array of two."""
+    """By hand: the third press exceeds the array of two elements."""
     file = _written(folder, _STOPS)
     assert main(["explore", file, "--input", "Main.Button"]) == 1
     said = capsys.readouterr().out
@@ -269,7 +269,7 @@ def test_a_program_that_stops_is_reported_with_its_line(folder: Path, capsys: Ca
     ],
 )  # fmt: skip
 def test_states_with_blocks_are_distinguished(folder: Path, variables: str, body: str) -> None:
-    """One scan of each state is repeated with arbitrary values for what the state omits."""
+    """A scan of each state is repeated with arbitrary values for the omitted variables."""
     file = _written(folder, _ROBOT.format(variables=variables, body=body))
     inputs: dict[str, list[str]] = {"Main.Go": [], "Main.Back": []}
     found = explore(source_files(file), Settings(inputs=inputs, states=250)).result
@@ -280,7 +280,7 @@ def test_states_with_blocks_are_distinguished(folder: Path, variables: str, body
 
 @pytest.fixture
 def given(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """Return a list of the numbers of the items that go to the workers."""
+    """Return a list that collects the numbers of the items sent to the workers."""
     numbers: list[int] = []
     give = LocalCrew.give
 
@@ -330,7 +330,7 @@ def test_the_number_of_workers_changes_nothing(
 def test_ctrl_c_ends_it_and_its_workers(
     folder: Path, capsys: Captured, given: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Ctrl-C comes while workers take steps; `cli.start` prints the line."""
+    """Ctrl-C comes while workers take steps. `cli.start` prints the message."""
     ended = LocalCrew.ended
 
     def with_ctrl_c(self: LocalCrew) -> Iterator[Any]:

@@ -1,4 +1,4 @@
-"""The options of commands whose work is shared out."""
+"""Options of commands that distribute their work."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from structured_text.output.system import processors
 
 @dataclass(frozen=True)
 class Options(FarmOptions):
-    """Of a command that has an argument of its own."""
+    """Options of a command that has an argument of its own."""
 
     name: Annotated[str, typer.Argument()]
 
 
 @pytest.fixture
 def given() -> list[Options]:
-    """Return a list for the options with which the command is called."""
+    """Return a list that collects the options of each call of the command."""
     return []
 
 

@@ -1,4 +1,4 @@
-"""Ctrl-C while `--link enip` or `rcx serve` starts: one line, and no process is left."""
+"""Ctrl-C while `--link enip` or `rcx serve` starts gives one line and leaves no process."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ pytestmark = pytest.mark.skipif(
     reason="it needs process groups, and loopback addresses besides 127.0.0.1",
 )
 
-#: Each Python runs this first. The process that runs the module WHO presses Ctrl-C, which reaches
-#: the whole group of the command, when it looks for the module WHERE, at `-` for its own, at `.`
-#: before it says its first line. A child of the command continues after the pipe is closed.
+#: Each Python process runs this first. The process that runs the module WHO sends Ctrl-C to the
+#: whole group of the command when it imports the module WHERE. WHERE may also be `-` for its own
+#: module or `.` for the moment before its first line. A child of the command continues after the
+#: pipe is closed.
 _HOOK = """
 import os, select, signal, sys
 who, where = os.environ["WHO"], os.environ["WHERE"]
@@ -47,19 +48,19 @@ sys.meta_path.insert(0, Finder())
 """
 _STATION = ("rcx_harness.serve.station_process", ("-", "rcx_harness.serve.station", "."))
 _ADAPTER = ("rcx_harness.enip.target.adapter_process", ("-", "rcx_harness.enip.target.device", "."))
-_CYCLIC = ("rcx_harness.enip.cyclic.process", ("-", "."))  # a copy has the other modules
+_CYCLIC = ("rcx_harness.enip.cyclic.process", ("-", "."))  # a copy has the others already
 
 
 def _interrupted(tmp_path: Path, who: str, where: str, *arguments: str) -> tuple[int, str]:
-    """Return the exit code and stderr of the command and all that it has started.
+    """Return the exit code and stderr of the command and all processes that it has started.
 
-    A slow machine says besides that it is compiling.
+    On a slow machine, stderr also says that it is compiling.
     """
     (tmp_path / "sitecustomize.py").write_text(_HOOK)
     done = subprocess.run(
         [sys.executable, "-m", "rcx_harness", *arguments],
         stdin=subprocess.DEVNULL,
-        capture_output=True,  # until the last of them has ended
+        capture_output=True,  # until the last of these processes has ended
         text=True,
         check=False,
         timeout=60,

@@ -1,4 +1,4 @@
-"""`rcx judge`: exit codes, outputs and messages."""
+"""`rcx judge` reports broken rules in its output and by its exit code."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Captured = pytest.CaptureFixture[str]
 
 
 def _story(*, good: bool) -> Story:
-    """Return a story with SI(00) ON at 200 ms, SI(06) 150 or 50 ms later, in AUTO mode."""
+    """Return a capture with SI(00) ON at 200 ms and SI(06) 150 or 50 ms later, in AUTO mode."""
     story = Story()
     story.open(0)
     for k in range(1, 51):
@@ -47,9 +47,9 @@ def test_a_good_recording_ends_with_0(good: Path, capsys: Captured) -> None:
 
 
 def test_a_broken_rule_ends_with_1_and_is_named_at_its_time(bad: Path, capsys: Captured) -> None:
-    """The manual asks for 100 ms (chapter 5, 3, caution).
+    """The manual demands 100 ms (chapter 5, 3, caution).
 
-    The PLC's packet at 10 k ms is number 2 k + 1 of the file.
+    The PLC's packet at 10 k ms has number 2 k + 1 in the file.
     """
     assert main(["judge", str(bad), "--quiet"]) == 1
     last = capsys.readouterr().out.splitlines()[-2:]
@@ -83,7 +83,7 @@ def test_nothing_of_the_users_is_written_over(good: Path, tmp_path: Path, capsys
 def test_a_trace_of_a_run_is_judged_as_it_was(
     repository: Path, tmp_path: Path, capsys: Captured
 ) -> None:
-    """Example 01 breaks no rule; its servos are on at 820 ms, as the README shows."""
+    """Example 01 breaks no rule. Its servos are on at 820 ms, as the README shows."""
     example, trace = repository / "plc/examples/01_power_up", tmp_path / "run.jsonl"
     given = ["--robot", str(example / "robot.toml"), "--stimulus", str(example / "stimulus.toml")]
     assert main(["run", str(example), *given, "--for", "2s", "--trace", str(trace)]) == 0
@@ -98,7 +98,7 @@ def test_a_trace_of_a_run_is_judged_as_it_was(
 def test_a_trace_that_was_not_judged_as_it_was_written_is_judged_now(
     tmp_path: Path, capsys: Captured, by: str, found: int
 ) -> None:
-    """SI(01) and SI(06) change in one cycle, in which only the controller was watched."""
+    """SI(01) and SI(06) change in one cycle. `rcx serve` does not check the rules for PLCs."""
     so = area(dedicated=0x0112)
     every: list[Cycle | Scan] = []
     for number, bits in enumerate((0x01, 0x01, 0x43)):
@@ -144,7 +144,7 @@ def test_a_capture_that_is_cut_off_is_judged_and_said_to_be(bad: Path, capsys: C
     assert main(["judge", str(bad), "--quiet"]) == 2
     shown = capsys.readouterr()
     assert shown.out.splitlines()[-1] == "1 violation"
-    assert "is cut off after packet 101, 0.500 s; what comes before was judged" in shown.err
+    assert "is cut off after packet 101, 0.500 s; the packets before it were judged" in shown.err
 
 
 @pytest.mark.parametrize(
@@ -179,7 +179,7 @@ def test_without_the_library_it_says_how_to_get_it(
 def test_slow_work_shows_its_progress(
     good: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A line every two seconds of a clock that goes a second at each look."""
+    """A line appears every two seconds, on a clock that advances one second at each call."""
     seconds = iter(range(10_000))
     monkeypatch.setattr("rcx_harness.cli.progress.time.monotonic", lambda: next(seconds))
     monkeypatch.setattr(judge_module, "REPORT_EVERY", 10)

@@ -1,4 +1,4 @@
-"""`rcx mutants`: the mistakes that a user's tests find, the survivors, and the saved outcomes."""
+"""`rcx mutants` reports mutants that a user's tests detect, survivors, and saved outcomes."""
 
 from __future__ import annotations
 
@@ -72,8 +72,8 @@ def test_it_is_not_green_without_a_key(cell):
     assert not cell["Main.Green"]
 """
 
-#: Of line 7 the tests see TRUE and TRUE, FALSE and TRUE: the key may be left out. Of line 11 they
-#: see 0 to 3; line 12 is run by none of them.
+#: In line 7 the tests use TRUE and TRUE, FALSE and TRUE, so that the key may be left out. In line
+#: 11 they use 0 to 3. They never execute line 12.
 _SURVIVORS = {(7, "Green := Button;"), (11, "IF Count >= 5 THEN"), (11, "IF Count > 6 THEN"),
               (11, "IF Count > 4 THEN"), (11, "IF FALSE THEN")}  # fmt: skip
 
@@ -93,7 +93,7 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("PYTEST_ADDOPTS", raising=False)
     yield tmp_path
-    for name, text in files.items():  # nothing of the user's is ever changed
+    for name, text in files.items():  # files of the user never change
         if name.endswith(".st"):
             assert (tmp_path / name).read_text(encoding="utf-8") == text
 
@@ -119,7 +119,7 @@ def test_survivors_are_listed_until_a_better_test_finds_them(
     said = capsys.readouterr().out
     assert _survivors() >= _SURVIVORS
     lines = {line for line, _ in _survivors()}
-    assert lines == {7, 11, 12}  # nothing of FC_Next, nor of the counting
+    assert lines == {7, 11, 12}  # no survivors in FC_Next or in the counting
     assert "plc/Lamp.st:7: operand survives\n  - Green := Button AND Key;\n" in said
     assert "plc/Lamp.st:12: dropped assignment survives, and no test runs this line" in said
     first = _found()
@@ -132,11 +132,11 @@ def test_survivors_are_listed_until_a_better_test_finds_them(
 
     known = kept.read_text("utf-8")
     assert main(command) == 1
-    assert kept.read_text("utf-8") == known  # nothing was run again
+    assert kept.read_text("utf-8") == known  # no mutant was run again
     assert _found() == first
     capsys.readouterr()
 
-    # With a new test, survivors are tried again; mutants that were found are not.
+    # With a new test, survivors are run again. Mutants that were detected are not.
     (project / "tests" / "test_key.py").write_text(_KEY, encoding="utf-8")
     assert main(command) == 1
     assert (7, "Green := Button;") not in _survivors()
@@ -147,7 +147,7 @@ def test_survivors_are_listed_until_a_better_test_finds_them(
     assert again == survived - not_reached
     capsys.readouterr()
 
-    # A reason counts as much as a test.
+    # A reason for a survivor counts as much as a test.
     text = rows.read_text("utf-8").replace('reason = ""', 'reason = "the lamp is for show"')
     Path("mutants.toml").write_text(text, encoding="utf-8")
     assert main(command) == 0
@@ -158,7 +158,7 @@ def test_survivors_are_listed_until_a_better_test_finds_them(
 def test_time_that_is_up_leaves_the_rest_for_the_next_call(project: Path, capsys: Captured) -> None:
     command = ["mutants", "plc", "--json", "found.json", "--minutes", "0", "--", "pytest"]
     assert main([*command[:4], "--fail-under", "0", *command[4:]]) == 0
-    assert "NOT RUN YET (the next call goes on)" in capsys.readouterr().out
+    assert "NOT RUN YET (the next call continues)" in capsys.readouterr().out
     found = _found()
     assert found["killed"] == 0
     assert not Path(".rcx/mutants.jsonl").exists()
@@ -179,7 +179,7 @@ def test_ctrl_c_keeps_what_is_done_and_the_next_call_knows_it(
 
     monkeypatch.setattr(Results, "add", add_with_ctrl_c)
     assert main(command) == INTERRUPTED
-    assert "what is done is in .rcx; the same call goes on" in capsys.readouterr().out
+    assert "finished results are in .rcx; the same call continues" in capsys.readouterr().out
     done = kept.read_text("utf-8")
     assert len(done.splitlines()) == 3
     assert not Path("found.json").exists()
@@ -204,7 +204,7 @@ def test_a_process_of_its_own_judges_as_a_copy_does(
     wanted = {(task.mutant.line, task.mutant.after): task for task in tasks}
     operand = wanted[7, "Green := Button;"]
     counting = next(task for task in tasks if task.mutant.file == "plc/FC_Next.st")
-    # The third test executes nothing of FC_Next.
+    # The third test does not execute FC_Next.
     assert {one.rpartition("::")[2] for one in counting.tests} == {
         "test_it_is_green_with_button_and_key",
         "test_it_counts",
@@ -231,7 +231,7 @@ def test_tests_of_something_else_judge_nothing(project: Path, capsys: Captured) 
     other = "def test_nothing():\n    pass\n"
     (project / "tests" / "test_lamp.py").write_text(other, encoding="utf-8")
     assert main(["mutants", "plc", "--", "pytest"]) == 2
-    assert "none of 1 tests runs anything of plc" in capsys.readouterr().err
+    assert "none of 1 tests executes a statement of plc" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -261,7 +261,7 @@ def test_bad_input_ends_with_2(
 def test_a_row_of_reasons_must_be_whole(project: Path, capsys: Captured) -> None:
     Path("mutants.toml").write_text('[[survivor]]\nblock = "Lamp"\n', encoding="utf-8")
     assert main(["mutants", "plc", "--", "pytest"]) == 2
-    assert "[[survivor]] 1 is not whole; write block, line" in capsys.readouterr().err
+    assert "[[survivor]] 1 is incomplete; write block, line" in capsys.readouterr().err
 
 
 _ASKS = """PROGRAM Asks
@@ -293,7 +293,7 @@ def test_the_robot_program_answers():
 def test_a_robot_program_runs_in_the_cells_of_mutants(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """SO(21) answers SI(20): each mutant that asks or understands wrongly is killed by the test."""
+    """SO(21) answers SI(20). The test detects each mutant with a wrong condition or result."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("PYTEST_ADDOPTS", raising=False)
     files = {

@@ -1,4 +1,4 @@
-"""`--no-robot`: a program alone, as a user types it."""
+"""`--no-robot` runs a program alone."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def motor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 
 def test_a_program_without_areas_runs_with_all_pictures(motor: str, capsys: Captured) -> None:
-    """The motor is on from the scan at 100 ms on, the count is 3 two scans later."""
+    """The motor is on from the scan at 100 ms on, and the count is 3 two scans later."""
     files = ["--trace", "t.jsonl", "--chart", "c.svg", "--vcd", "w.vcd", "--view", "v.html"]
     options = ["--stimulus", "s.toml", "--watch", "Main.*", "--show", "--engine", "builtin"]
     assert main(["run", motor, "--no-robot", "--for", "1s", *options, *files]) == 0
@@ -109,9 +109,10 @@ def test_a_stimulus_for_a_robot_is_refused(motor: str, capsys: Captured, key: st
 
 
 def test_all_states_of_a_program_alone_are_explored(motor: str, capsys: Captured) -> None:
-    """Off: 3 inputs that keep it off, 4 counts; on: Start ON with 3, Start OFF with 2 counts: 17.
+    """By hand, there are 17 states.
 
-    From each there are three choices: none, either input changes.
+    Motor off: 3 input states that keep it off, times 4 counts. Motor on: Start ON with 3 counts,
+    Start OFF with 2 counts. Each state has three successors: no change, or a change of one input.
     """
     inputs = ["--input", "Main.Start", "--input", "Main.Stop", "--workers", "0"]
     assert main(["explore", motor, "--no-robot", "--always", "Count < 4", *inputs]) == 0
@@ -133,13 +134,13 @@ def test_a_counterexample_runs_again(motor: str, capsys: Captured) -> None:
 def test_a_program_alone_is_proved_or_refuted_and_what_refutes_it_runs_again(
     motor: str, capsys: Captured
 ) -> None:
-    """Start and Stop are the inputs; Stop wins, and with Start alone the count reaches 3."""
+    """Start and Stop are inputs. Stop has priority. With Start alone, the count reaches 3."""
     assertion = "(* prove: NOT (Stop AND Motor) *)\nEND_PROGRAM"
     Path(motor).write_text(_MOTOR.replace("END_PROGRAM", assertion), encoding="utf-8")
     assert main(["prove", motor, "--no-robot"]) == 0
     out = capsys.readouterr().out
-    assert "inputs, each of any value in each scan: Main.Start, Main.Stop\n" in out
-    assert "2 properties: 2 proved, 0 refuted, 0 unknown" in out  # the sum fits, too
+    assert "inputs, with any value in each scan: Main.Start, Main.Stop\n" in out
+    assert "2 properties: 2 proved, 0 refuted, 0 unknown" in out  # the totals are right, too
     Path(motor).write_text(_MOTOR.replace("END_PROGRAM", "(* prove: Count < 3 *)\nEND_PROGRAM"))
     assert main(["prove", motor, "--no-robot"]) == 1
     out = capsys.readouterr().out
@@ -175,7 +176,7 @@ def test_a_client_of_the_debugger_launches_a_program_alone(motor: str) -> None:
 
 @pytest.mark.exhaustive
 def test_tests_on_a_bench_judge_mutants_of_a_program(motor: str, tmp_path: Path) -> None:
-    """The motor that is the button, or nothing else, is seen by a test that presses it."""
+    """The test presses Start, so it detects mutants that change or remove the assignment."""
     (tmp_path / "motor.st").write_text(
         "PROGRAM Main\n  VAR Start, Motor : BOOL; END_VAR\n  Motor := Start;\nEND_PROGRAM\n"
     )

@@ -1,4 +1,4 @@
-"""An output is complete, or the old file stays; Ctrl-C and a full disk are one line."""
+"""An output is complete or the old file stays; Ctrl-C and a full disk give one line."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ def _limit() -> None:
 def _with_a_full_disk(*command: str) -> subprocess.CompletedProcess[str]:
     """Run `rcx` in a process with a full disk.
 
-    Python does not notice that a file of compiled code was cut, and each later test
-    that imports the module would fail. So it writes none.
+    Python does not notice that a file of compiled code was cut, and later tests that import the
+    module would fail. Therefore this process writes no compiled code.
     """
     return subprocess.run(
         [sys.executable, "-m", "rcx_harness", *command],
@@ -112,7 +112,7 @@ def test_a_new_file_grows_in_its_place_unless_it_is_to_be_whole(tmp_path: Path) 
 
 
 def test_a_failing_close_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The path is a folder by now, or a network drive reports at close that it is full."""
+    """The path has become a folder, or a network drive reports at close that it is full."""
     place = tmp_path / "a"
     place.write_text("old")
     file = OutputFile(place)
@@ -139,7 +139,7 @@ def test_a_failing_close_leaves_nothing(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_a_pipe_is_written_and_stays(tmp_path: Path) -> None:
-    """`--trace /dev/stdout` is such a case; the test uses a pipe."""
+    """`--trace /dev/stdout` is such a case, but the test uses a pipe."""
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
@@ -156,7 +156,7 @@ def test_a_pipe_is_written_and_stays(tmp_path: Path) -> None:
 
 
 def test_several_files_are_replaced_together(tmp_path: Path) -> None:
-    """Folders that were made for them go, too; what others put there stays."""
+    """Folders that were created for the files are removed on failure. Other files in them stay."""
     old, new = tmp_path / "old", tmp_path / "a" / "b" / "new"
     old.write_text("old")
     with pytest.raises(InputError, match=r"^/dev/full/c: cannot be written: Not a directory$"):
@@ -224,7 +224,8 @@ def test_a_place_that_cannot_be_written_is_one_line(
     assert said.count("\n") == 1
 
 
-#: Runs the command, and sends Ctrl-C when a module of this name is looked for or a function begins.
+#: Runs the command, and sends Ctrl-C when the module of this name is imported or the function
+#: begins.
 _INTERRUPTED = """
 import os, signal, sys
 where = sys.argv.pop(1)
@@ -273,7 +274,7 @@ def test_ctrl_c_is_one_line_at_any_moment(repository: Path, tmp_path: Path, mome
         check=False,
         env={**os.environ, "RCX_CACHE": "off"},
     )
-    progress = ("compiling", "running")  # printed if this computer is slow
+    progress = ("compiling", "running")  # printed on a slow computer only
     said = [line for line in done.stderr.splitlines() if not line.startswith(progress)]
     assert (done.returncode, said) == (130, ["rcx: interrupted"])
 
@@ -358,7 +359,7 @@ def test_nothing_is_done_where_a_new_file_cannot_be_written(tmp_path: Path) -> N
 def test_a_file_that_appears_meanwhile_stays_and_the_new_one_stands_beside_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, links: bool
 ) -> None:
-    """This includes file systems without links."""
+    """The new file gets another name, also on file systems without links."""
     if not links:
 
         def none(*_: object) -> None:

@@ -1,4 +1,4 @@
-"""`rcx points`: what it does to files and controllers, and its exit codes."""
+"""`rcx points` reads and writes files and controllers, and reports differences by its exit code."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Robot = Callable[..., StationLine]
 
 @pytest.fixture
 def robot(monkeypatch: pytest.MonkeyPatch) -> Robot:
-    """Replace the network by a controller with these keys."""
+    """Replace the network by a controller with these keys of the robot file."""
 
     def made(config: RobotConfig | None = None) -> StationLine:
         line = StationLine(config or RobotConfig())
@@ -59,7 +59,7 @@ def test_a_backup_compares_equal(robot: Robot, tmp_path: Path, capsys: Captured)
 def test_a_backup_as_all_file_compares_equal(
     robot: Robot, tmp_path: Path, capsys: Captured
 ) -> None:
-    """Point 19 is in pulses, point 50 in mm; what a restore does not need is named."""
+    """Point 19 is in pulses, point 50 in mm. Data that a restore does not need are reported."""
     config = RobotConfig(
         comments={3: '"A" '},
         shifts={2: (1000, -2500, 0, 90_000)},
@@ -96,13 +96,16 @@ def test_hands_of_other_robots_have_no_place_in_an_all_file(
     file = tmp_path / "points.all"
     backup = ["points", "backup", "h", str(file), "--kind", "hands", "--robot", "2"]
     assert main(backup) == 1
-    assert "left out: hands of robot 2: a .ALL file has those of robot 1" in capsys.readouterr().err
+    assert (
+        "left out: hands of robot 2: a .ALL file has only those of robot 1"
+        in capsys.readouterr().err
+    )
 
 
 def test_a_file_that_is_there_is_never_written_over(
     robot: Robot, tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("it was connected"))
+    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("the command has connected"))
     file = tmp_path / "points.toml"
     file.write_text("mine", encoding="utf-8")
     assert main(_backup(file)) == 2
@@ -117,7 +120,7 @@ def test_a_file_that_is_there_is_never_written_over(
 def test_an_unwritable_file_is_found_before_reading(
     tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("it was connected"))
+    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("the command has connected"))
     (tmp_path / "file").write_text("", encoding="utf-8")
     assert main(_backup(tmp_path / "file" / "a.toml")) == 2
     assert main(_backup(tmp_path / "a.toml", "--csv", "/proc/no/a.csv")) == 2
@@ -152,7 +155,7 @@ def test_restore_writes_what_differs_and_nothing_without_the_option(
     robot()
     file = tmp_path / "points.toml"
     assert main(_backup(file)) == 0
-    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("it was connected"))
+    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("the command has connected"))
     assert main(["points", "restore", "h", str(file)]) == 2
     assert "then add --write" in capsys.readouterr().err
     line = robot(RobotConfig(points={50: RobotConfig().points[50], 51: Point()}))
@@ -178,7 +181,7 @@ def test_restore_writes_what_differs_and_nothing_without_the_option(
 def test_a_file_is_checked_before_the_first_command(
     tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch, text: str, message: str
 ) -> None:
-    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("it was connected"))
+    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("the command has connected"))
     file = tmp_path / "points.toml"
     points = "[points.10]\nmm = [1.0]\n[points.11]\nmm = [1.0]\n"
     file.write_text(f"{points}{text}\n", encoding="utf-8")
@@ -263,7 +266,7 @@ def test_a_stopped_command_says_what_remains(
 
 
 def test_a_missing_connection_is_not_lost(robot: Robot, tmp_path: Path, capsys: Captured) -> None:
-    """A missing connection is bad input, like an address without a device."""
+    """Like an address without a device, a connection that cannot be opened is bad input."""
     line = robot()
     line.happen("", "power_off")
     assert main(_backup(tmp_path / "a.toml")) == 2
@@ -299,7 +302,7 @@ def test_hands_of_other_robots_are_backed_up_on_request(robot: Robot, tmp_path: 
     [
         (["backup", "--kind", "axes"], "--kind 'axes' is not a kind of data; use points, comments"),
         (["backup", "--numbers", "9-3"], "--numbers '9-3' is not a range of points; write 0-99"),
-        (["backup", "--numbers", "0-30000"], "the last one is 29999"),
+        (["backup", "--numbers", "0-30000"], "the last number is 29999"),
         (["backup", "--numbers", "a"], "--numbers 'a' is not a range"),
         (["backup", "--robot", "5"], "--robot 5 is not a robot; use 1 to 4"),
         (["backup", "--undefined", "alarm"], "--undefined 'alarm' is not an alarm; write 6.204"),
@@ -322,7 +325,7 @@ def test_bad_input_is_one_line(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("it was connected"))
+    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("the command has connected"))
     action, *options = arguments
     file = tmp_path / "points.toml"
     if "hands" in options:
@@ -335,7 +338,7 @@ def test_bad_input_is_one_line(
 
 @pytest.mark.exhaustive
 def test_a_backup_is_restored_over_the_network(tmp_path: Path, capsys: Captured) -> None:
-    """The data of each command are with the controller before its code.
+    """The data of each command reach the controller before its code.
 
     Source: manual chapter 3, 2: commands travel in the cyclic areas; guide 2, steps 1 and 2.
     """

@@ -1,4 +1,4 @@
-"""`rcx probe`: confirmations, written files, exit codes, and a real exchange with `rcx serve`."""
+"""`rcx probe` asks for confirmations, writes files, and works with `rcx serve`."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def line(monkeypatch: pytest.MonkeyPatch) -> StationLine:
 
 @pytest.fixture
 def types(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[str]]:
-    """Simulate a user who types these words, and then only Enter."""
+    """Simulate a user who types these words and then only Enter."""
 
     def typing(*words: str) -> list[str]:
         left, asked = list(words), []
@@ -82,7 +82,7 @@ def test_only_confirmed_steps_are_asked(
     assert (tmp_path / "mine.jsonl").is_file()
     assert line.closed
     assert main(["probe", "192.168.0.10", *only, *given]) == 2
-    assert "already exists; name another one with --out" in capsys.readouterr().err
+    assert "already exists; name another file with --out" in capsys.readouterr().err
 
 
 def test_motion_takes_the_word_move_for_each_step(
@@ -150,7 +150,7 @@ def test_bad_input_is_one_line(
     arguments: list[str], message: str, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys, "stdin", _Terminal(somebody=False))
-    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("it was connected"))
+    monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("the command has connected"))
     assert main(["probe", *arguments]) == 2
     error = capsys.readouterr().err
     assert message in error

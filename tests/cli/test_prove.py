@@ -1,4 +1,4 @@
-"""`rcx prove`: its exit codes, its table, its JSON."""
+"""`rcx prove` reports its results in a table, in JSON, and by its exit code."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def lamp(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_a_program_that_is_proved_ends_with_0(lamp: Path, capsys: Captured) -> None:
     assert main(["prove", str(lamp), "--json", "out/it.json"]) == 0
     said = capsys.readouterr().out
-    assert "inputs, each of any value in each scan: Main.Button, and the robot" in said
+    assert "inputs, with any value in each scan: Main.Button, and the robot" in said
     assert "4 properties: 4 proved, 0 refuted, 0 unknown" in said
     told = json.loads(Path("out/it.json").read_text())
     assert told["inputs"] == ["Main.Button"]
@@ -54,7 +54,7 @@ def test_a_run_that_breaks_it_is_written_and_ends_with_1(lamp: Path, capsys: Cap
     said = capsys.readouterr().out
     assert "refuted: assert Lamp.st:8: after 1 scans of 10 ms" in said
     command = next(line for line in said.splitlines() if line.startswith("  rcx run "))
-    assert main(command.split()[1:]) == 0  # an assertion in a comment is the prover's alone
+    assert main(command.split()[1:]) == 0  # only the prover reads an assertion in a comment
 
 
 @pytest.mark.parametrize(

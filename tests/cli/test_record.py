@@ -1,4 +1,4 @@
-"""`rcx record`: what it asks Wireshark's tools for, and what it says where it cannot."""
+"""`rcx record` calls Wireshark's tools, and reports what is missing."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rcx_harness.cli.app import main
 
 Captured = pytest.CaptureFixture[str]
 
-#: Stands for dumpcap: notes how it was called, and writes the file after `-w`.
+#: A stand-in for dumpcap. It notes its arguments, and writes the file after `-w`.
 TOOL = """#!/bin/sh
 printf '%s\\n' "$@" > "$(dirname "$0")/called"
 [ "$1" = -D ] && { echo '1. eth0'; echo '2. lo (Loopback)'; exit 0; }
@@ -39,7 +39,7 @@ def tools(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_both_ports_are_captured_with_vlan(tools: Path, tmp_path: Path, capsys: Captured) -> None:
-    """44818 and 2222 are those of EtherNet/IP (volume 2, chapter 2)."""
+    """EtherNet/IP uses the ports 44818 and 2222 (volume 2, chapter 2)."""
     file = tmp_path / "cell.pcapng"
     assert main(["record", str(file), "--interface", "eth0", "--for", "1.5s"]) == 0
     wanted = "(tcp port 44818 or udp port 2222)"
@@ -56,7 +56,7 @@ def test_both_ports_are_captured_with_vlan(tools: Path, tmp_path: Path, capsys: 
 def test_whatever_ends_it_ends_the_capture_which_is_kept(
     tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch, number: str
 ) -> None:
-    """The stand-in sends the signal to the command, and then captures for ever.
+    """The stand-in sends the signal to the command, and then captures without end.
 
     Source: a defect report: SIGTERM left dumpcap capturing.
     """
@@ -79,7 +79,7 @@ def test_hosts_and_ports_can_be_chosen(tools: Path, tmp_path: Path) -> None:
     ("options", "message"),
     [
         (["--interface", "eth9"], 'cannot capture at eth9: There is no device named "eth9"'),
-        ([], "--interface is missing; there are: eth0, lo (Loopback)"),
+        ([], "--interface is missing; the interfaces are: eth0, lo (Loopback)"),
         (["--interface", "eth0", "--host", "robot"], "--host 'robot' is not an IPv4 address"),
         (["--interface", "eth0", "--for", "long"], "--for: 'long' is not a duration"),
     ],

@@ -1,4 +1,4 @@
-"""`rcx run` as a user types it: what it prints, what it writes, how it ends."""
+"""`rcx run` prints, writes and ends as its help says."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def program(repository: Path) -> Path:
 
 @pytest.fixture
 def run(program: Path, tmp_path: Path) -> Run:
-    """Return a function that runs the program that writes the area itself, without a library."""
+    """Return a function that runs a program which writes the area itself, without a library."""
     lib = tmp_path / "lib"
     lib.mkdir()
 
@@ -106,7 +106,7 @@ def test_trace_chart_and_wave_are_written(run: Run, tmp_path: Path, capsys: Capt
 
 
 def test_watched_variables_are_printed_at_the_end(run: Run, capsys: Captured) -> None:
-    """Variables of the program without a stimulus: 30 scans, all else is 0."""
+    """The program runs without a stimulus. It counts 30 scans, and all other variables are 0."""
     assert run("--for", "300ms", "--watch", "Main.Bits?,Main.Scans", "--watch", "Main.Con*") == 0
     assert capsys.readouterr().out.splitlines()[:-1] == [
         "watched, at the end:",
@@ -165,7 +165,7 @@ def test_the_robot_takes_the_size_of_the_plc(run: Run, tmp_path: Path, capsys: C
         (["--n", "480"], "the area at n = 480 needs 48 bytes"),
         (["--watch", "Main.Nothing"], "no member Nothing"),
         (["--watch", "Main.Scans,Main.Dta*"], "no variable matches Main.Dta*; did you mean Data"),
-        (["--positions", "inch"], "positions are in 'inch'; use pulses or mm"),
+        (["--positions", "inch"], "positions cannot be in 'inch'; use pulses or mm"),
         (["--scale", "wide"], "--scale is 'wide'; use events, time, or at least 1ms, as 500ms"),
         (["--scale", "10us"], "--scale is '10us'"),
         (["--engine", "quick"], "no engine 'quick'"),
@@ -246,7 +246,7 @@ def test_an_entry_after_the_end_is_reported(run: Run, tmp_path: Path, capsys: Ca
 
 
 def test_files_of_other_tools_in_a_folder_are_no_part_of_the_program(tmp_path: Path) -> None:
-    """The folder itself may lie in a folder of such a name."""
+    """The program's folder may itself lie in a folder of such a name."""
     folder = tmp_path / ".hidden" / "site-packages" / "cell"
     places = (".venv/lib/a.st", "site-packages/b.st", "__pycache__/c.st", ".#d.st", "plc/e.st")
     for place in (*places, "f.st"):
@@ -281,7 +281,7 @@ def test_the_help_names_both_defaults_of_the_time_out(
 
 
 def test_every_option_goes_where_it_is_meant_for() -> None:
-    """`Cell.build` receives the option under its own name, or the run itself uses it.
+    """`Cell.build` receives each option under its own name, or the run itself uses it.
 
     Source: RunOptions.
     """

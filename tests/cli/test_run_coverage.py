@@ -45,7 +45,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
 
 
 def test_a_run_tells_its_coverage_and_writes_the_report(run: Run, capsys: Captured) -> None:
-    """40 scans: the second condition is never looked at."""
+    """In 40 scans the second condition is never evaluated."""
     assert run("--for", "400ms", "--coverage") == 0
     out = re.sub(" +", " ", capsys.readouterr().out)
     assert "coverage is counted: running on the built-in engine\n" in out
@@ -118,7 +118,7 @@ def test_a_source_changed_during_the_run_is_reported(
 def test_robot_programs_count_and_the_trace_is_the_same(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
-    """PLACE.PGM has 24 lines with statements; place 7, lines 12, 29 and 30, is never asked for."""
+    """PLACE.PGM has 24 lines with statements. Place 7 (lines 12, 29 and 30) is never requested."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "120")
     for file in (ROOT / "tests/data/robot_programs").glob("*.*"):
@@ -132,6 +132,6 @@ def test_robot_programs_count_and_the_trace_is_the_same(
     assert "PLACE.PGM 87.5 % 21/24 66.6 % 2/3 - 12, 29-30" in table
     assert Path("plain.jsonl").read_bytes() == Path("counted.jsonl").read_bytes()
     page = Path("out/coverage/PLACE.PGM.html").read_text()
-    assert "not executed: GOTO *WRONG" not in page, "its branch says it"
+    assert "not executed: GOTO *WRONG" not in page, "the branch reports this line already"
     assert "not taken: CASE ELSE" in page
     assert 'filename="PLACE.PGM"' in Path("out/coverage/coverage.xml").read_text()

@@ -16,7 +16,7 @@ from imports import PACKAGES
 from rcx_harness.cli.app import COMMANDS, OPTION_PANELS, PANELS, Later, app, home_of, main
 from structured_text.engines.matiec.build import find_matiec
 
-#: Runs commands one after the other; after each: its exit code, and which modules are new.
+#: Runs commands in turn, and prints after each its exit code and the modules that are new.
 _RUN = """
 import contextlib, io, json, sys
 report = []
@@ -43,7 +43,7 @@ _SLOW_IMPORTS |= {"aiohttp", "pymodbus", "pydantic", "http.server"}
 
 
 def _imported(*commands: list[str], **environment: str) -> list[set[str]]:
-    """Return for each command the modules that it imports and the commands before it did not."""
+    """Return for each command the modules that it imports and earlier commands did not import."""
     done = subprocess.run([sys.executable, "-c", _RUN, json.dumps(commands)], capture_output=True,
                           text=True, check=True, env={**os.environ, **environment})  # fmt: skip
     report = json.loads(done.stdout)
@@ -87,7 +87,7 @@ def test_a_command_imports_only_what_it_needs(repository: Path) -> None:
     rooms = ("robot", "enip", "trace", "look", "serve", "verify", "bridge", "new", "testing")
     engines = ["engines.load", "engines.builtin", "engines.strucpp", "export.targets"]
     engines += _MEASURES
-    if find_matiec() is None:  # which checks, too, where it is there
+    if find_matiec() is None:  # An installed matiec is also used to check.
         engines.append("engines.matiec.program")
     cells = ("cell.cell", "cell.node")
     assert not _below(check, *(f"rcx_harness.{one}" for one in (*rooms, *cells)))
@@ -104,7 +104,7 @@ def test_a_program_that_was_run_before_needs_no_front_end(repository: Path, tmp_
     """Source: reading and compiling Structured Text is a fifth of a start; what it gave is kept."""
     example = repository / "plc" / "examples" / "01_power_up"
     words = ["run", str(example), "--robot", str(example / "robot.toml"), "--for", "10ms"]
-    # Temporary files are not cached, and this may be a temporary clone.
+    # Temporary files are not cached, and this repository may be a temporary clone.
     kept = {"TMPDIR": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path), "RCX_CACHE": "on"}
     _imported(words, **kept)
     (again,) = _imported(words, **kept)
@@ -163,7 +163,10 @@ def test_each_command_is_in_one_of_five_panels(capsys: pytest.CaptureFixture[str
 
 
 def test_a_command_with_many_options_shows_the_rare_ones_in_panels() -> None:
-    """At most 15 options have no panel, since long lists are hard to search; each name is used."""
+    """At most 15 options have no panel, as long lists are hard to search.
+
+    Each name in the table of panels is used.
+    """
     rare = {name for names in OPTION_PANELS.values() for name in names.split()}
     seen: set[str] = set()
     for command in app.commands.values():

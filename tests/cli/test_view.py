@@ -1,4 +1,4 @@
-"""`rcx view`, `rcx run --view`: the written pages, their places, and refused input."""
+"""`rcx view` and `rcx run --view` write pages, choose their paths, and refuse bad input."""
 
 from __future__ import annotations
 
@@ -32,7 +32,10 @@ def trace(tmp_path: Path) -> Path:
 
 
 def _story() -> Story:
-    """Return a story with SI(00) ON at 200 ms, SI(06) 50 ms later: too early (chapter 5, 3)."""
+    """Return a capture with SI(00) ON at 200 ms and SI(06) ON 50 ms later.
+
+    This is too early (chapter 5, 3).
+    """
     story = Story()
     story.open(0)
     for k in range(1, 51):
@@ -124,7 +127,7 @@ def test_an_unfinished_trace_is_shown_up_to_its_end(trace: Path, capsys: Capture
     trace.write_text(_LINES + '{"t_us":20000,"scan":2,"so":"00', encoding="utf-8")
     assert main(["view", str(trace)]) == 2
     page = trace.with_name("run.html")
-    said = f"rcx: {trace}:4: is cut off in this line; what comes before is in {page}\n"
+    said = f"rcx: {trace}:4: is cut off in this line; the part before it is in {page}\n"
     assert capsys.readouterr().err == said
     assert _page(page).table["end"] == 10_000
 
@@ -168,7 +171,7 @@ def test_a_missing_recording_is_one_line(tmp_path: Path, capsys: Captured) -> No
 def test_a_run_writes_the_page_that_its_trace_gives(
     repository: Path, tmp_path: Path, capsys: Captured
 ) -> None:
-    """The content is the same; above it is what a chart of the run shows there."""
+    """The content is the same. The title is that of a chart of the run."""
     example = repository / "plc/examples/04_pick_and_place"
     trace, page = tmp_path / "t.jsonl", tmp_path / "run.html"
     options = [f"--stimulus={example / 'stimulus.toml'}", f"--robot={example / 'robot.toml'}"]

@@ -1,4 +1,4 @@
-"""Arm rotation: four bits of an answer, of which the manual lists three patterns."""
+"""An answer has four bits for the arm rotation, but the manual lists only three patterns."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ import pytest
 from both_engines import ENGINES
 from command_bench import bench_of
 
-#: Patterns of the tables. Only 4.3.1, for a definition, explains other patterns: they mean 0.
+#: Patterns in the tables. Only 4.3.1, for a definition, explains the others, which mean 0.
 _LISTED = {0b0000: 0, 0b0001: 1, 0b1111: -1}
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("name", ["FB_ReadPoint", "FB_ReadPositionMm"])
 def test_arm_rotation_is_minus_one_to_one_whatever_the_answer_has(name: str, engine: str) -> None:
-    """Bits 6 to 3 of m+6 are arm 1, bits 10 to 7 arm 2; all patterns of both.
+    """Bits 6 to 3 of m+6 are arm 1, bits 10 to 7 arm 2. The test tries all patterns of both.
 
     Source: remote command guide 4.3.1 (reference) and 4.7.4 (millimetres), tables of xr and yr.
     """

@@ -1,9 +1,8 @@
-"""The command blocks, each tested against the pins in its row of spec/blocks.toml.
+"""Each command block agrees with its pins in spec/blocks.toml.
 
-The test is the controller. The meaning of the pins is read from the tables again, without the
+The test is the controller. It reads the pins' meaning directly from the tables, without the
 generator (tests/support/block_pins and block_answers). Telegrams are decoded with
-spec/remote_commands.toml, whose words are proved by the guide's own examples
-(test_worked_examples.py).
+spec/remote_commands.toml, which the guide's own examples confirm (test_worked_examples.py).
 """
 
 from __future__ import annotations
@@ -32,13 +31,13 @@ _SOME = pytest.mark.exhaustive(but=[f"builtin-{name}" for name in list(BLOCKS)[:
 
 _NOTHING = [0] * WORDS
 
-#: Values that no pin can reach, and why.
+#: Values that no pin can reach, with the reason.
 _UNREACHABLE = {
     "hand": {3: "none, as 0"},
     "data_number": {63: "several data at once", 15: "several data at once"},
 }
 
-#: Fields that a block leaves 0, because another block serves them.
+#: Fields that a block leaves 0, because another block sets them.
 _ZERO = {
     "FB_ReadPositionPulses": ("continuous",),  # FB_ContinuousPosition
     "FB_ReadPositionMm": ("continuous",),
@@ -49,7 +48,8 @@ _ZERO = {
 }
 
 
-#: The one value that a block sends, because other blocks send the others: method (guide 4.6.4).
+#: Blocks with a single value of a field, because other blocks send the others: method (guide
+#: 4.6.4).
 _ONLY_VALUES = {
     "FB_ReadProgramInfo": {"method": (1,)},
     "FB_ReadProgramInfoByTask": {"method": (2,)},
@@ -74,9 +74,9 @@ def chance(name: str) -> random.Random:
 
 
 def _read(command: Command, words: Sequence[int]) -> dict[str, FieldValue]:
-    """Return the request's fields; all other bits must be 0.
+    """Return the request's fields, and check that all other bits are 0.
 
-    A text comes with the spaces that fill it, which is "" for words of 0.
+    A text includes the spaces that fill it. Words of 0 give an empty text.
     """
     fields = command.decode(words)
     again = [0] * WORDS
@@ -88,7 +88,7 @@ def _read(command: Command, words: Sequence[int]) -> dict[str, FieldValue]:
                 again[k] = words[k]
         else:
             part.write(again, fields[part.name])
-    assert list(words[1:]) == again[1:], "bits set that no field has"
+    assert list(words[1:]) == again[1:], "bits are set outside of all fields"
     return fields
 
 
@@ -115,7 +115,7 @@ def _draws(reading: Reading, chance: random.Random, rounds: int = 20) -> Iterato
 
 
 def _another(reading: Reading, chance: random.Random, first: Pins) -> Pins:
-    """Return legal values with a different telegram, if the block has such values."""
+    """Return legal values that give a different telegram, if the block has such values."""
     draws = list(_draws(reading, chance))
     telegram = (reading.code(first), reading.fields(first))
     others = (one for one in draws if (reading.code(one), reading.fields(one)) != telegram)
@@ -123,7 +123,7 @@ def _another(reading: Reading, chance: random.Random, first: Pins) -> Pins:
 
 
 def test_the_pins_are_those_of_the_table(plc: CommandBench, reading: Reading) -> None:
-    """Names and types; defaults, the time limit among them."""
+    """The test compares names, types and defaults, including the time limit."""
     block = reading.block
     kind = plc.program.type_of(f"Main.{block.name.removeprefix('FB_')}Block")
     assert isinstance(kind, BlockType)
@@ -156,7 +156,7 @@ def test_a_block_with_its_defaults_sends_a_legal_command(
 def test_the_telegram_has_what_the_pins_say(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
-    """Legal values at random; those of pins that do not count are anything."""
+    """Legal values are random. Pins that have no effect get any value."""
     for pins in _draws(reading, chance):
         _check(reading, pins, plc.exchange(pins))
 
@@ -165,7 +165,7 @@ def test_the_telegram_has_what_the_pins_say(
 def test_every_value_of_every_field_can_be_sent(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
-    """The limits of numbers, all of the listed values, each flag set and not set."""
+    """The values are the limits of numbers, all listed values, and each flag set and not set."""
     command = reading.command
     codes = set()
     sent = []
@@ -220,7 +220,7 @@ def test_illegal_pins_end_in_an_error_and_send_nothing(
 def test_the_inputs_are_sampled_on_the_rising_edge(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
-    """Changed while the block waits for its turn, while the command runs, and after its end."""
+    """The pins change during the wait for the turn, during the command, and after its end."""
     for _ in range(5):
         first = reading.draw(chance)
         other = _another(reading, chance, first)
@@ -309,7 +309,7 @@ def test_the_inputs_are_encoded_once_by_the_rising_edge_alone(
         plc.scan()
         plc.set({**other, "Timeout": limits[1], "Execute": True})
         plc.scan()
-        assert _held(plc) == held, "an edge while busy"
+        assert _held(plc) == held, "an edge while Busy has no effect"
         plc.end()
         plc.answer(0)
         refused = [pins for pins, _error in islice(reading.refused(chance), 5)]
@@ -347,9 +347,9 @@ def test_an_edge_right_after_the_end_is_shown_is_taken(
 
 
 def _held(plc: CommandBench) -> Pins:
-    """Return the values that a block saves at the edge or passes to its job."""
+    """Return the values that a block stores at the edge or passes to its job."""
     kind = plc.program.type_of(f"Main.{plc.instance}")
     assert isinstance(kind, BlockType)
     own = [one.name for one in kind.variables if one.section == "VAR"]
-    kept = [name for name in own if name not in ("Job", "k", "Number")]  # these count, and decode
+    kept = [name for name in own if name not in ("Job", "k", "Number")]  # these have an effect
     return plc.pins([*kept, "Job.Holder", "Job.Trouble", "Job.Longest"])

@@ -1,4 +1,4 @@
-"""Command blocks behind a command of another block, and what they do not take for an answer."""
+"""Command blocks wait for a command of another block, and do not use its answer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""FB_ContinuousPosition: the position in every scan, until the status reset command."""
+"""FB_ContinuousPosition shows the position in every scan, until the status reset command."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_positions_come_with_the_command_run_status_in_every_scan() -> None:
 
 
 def test_millimetres_come_with_hand_and_arm_rotation() -> None:
-    """Left-handed, arm 1 = 1, arm 2 = -1: bits 2-1, 6-3 and 10-7 of m+6.
+    """Left-handed, arm 1 = 1 and arm 2 = -1 are in bits 2-1, 6-3 and 10-7 of m+6.
 
     Source: remote command guide 4.7.4, millimeter units
     """
@@ -55,7 +55,7 @@ def test_millimetres_come_with_hand_and_arm_rotation() -> None:
     assert (plc["Position.Arm1"], plc["Position.Arm2"]) == (1, -1)
     plc.answer(0x0100, [0, 0, 0x2 | 0x2 << 3, *PULSES[3:]], scans=1)
     assert plc["Position.HandSystem"] == "HAND_RIGHT"
-    assert (plc["Position.Arm1"], plc["Position.Arm2"]) == (0, 0), "2 means 0"
+    assert (plc["Position.Arm1"], plc["Position.Arm2"]) == (0, 0), "a number of 2 means 0"
 
 
 def test_a_robot_without_hand_systems_shows_none() -> None:
@@ -77,11 +77,11 @@ def test_the_status_reset_command_stops_it() -> None:
     assert plc.words[0] == 0
     assert not plc["Position.Valid"]
     assert not plc["Position.Error"]
-    assert plc["Position.Pulses"][0] == 20001, "the last position stays"
+    assert plc["Position.Pulses"][0] == 20001, "the last position does not change"
     plc.scan(3)
     plc["First.Code"], plc["First.Execute"] = 0x0501, True
     plc.scan(3)
-    assert plc.words[0] == 0, "not before the status is 0x0000"
+    assert plc.words[0] == 0, "the block is ready only when the status is 0x0000"
     plc.answer(0)
     plc.scan_until(lambda: plc.words[0] == 0x0501, most=4)
 
@@ -132,7 +132,7 @@ def test_an_abnormal_end_is_shown_with_its_alarm_until_enable_falls() -> None:
     assert plc["Position.ErrorID"] == 0x8020
     assert (plc["Position.AlarmGroup"], plc["Position.AlarmCategory"]) == (4, 2)
     plc.scan(10)
-    assert plc.words[0] == 0, "it does not start again by itself"
+    assert plc.words[0] == 0, "the output does not start again by itself"
     assert (plc["Position.AlarmGroup"], plc["Position.AlarmCategory"]) == (4, 2)
     plc.change("Position.Enable", to=False)
     assert not plc["Position.Error"]

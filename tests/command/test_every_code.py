@@ -1,4 +1,4 @@
-"""All 116 remote commands: each has a block, a test, a line in the table and an effect."""
+"""Each of the 116 remote commands has a block, a test, a line in the table and an effect."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def _blocks(command: Command) -> list[str]:
     return [name for name, block in library().blocks.items() if command in block.commands]
 
 
-#: The codes in the lists of the guide, by category; 4.2.20 corrects those of motor power.
+#: The codes in the lists of the guide, by category. Section 4.2.20 corrects those of motor power.
 _CODES = {
     1: "001 002 003 004 006 007 009 00A 00E 00F 010 012 013 014 016 017 018 019 020 021 022 024 "
     "025 026 027 028 030 031 032 033 034 035 036 038 039 03A 03B 03C 03D 041 042 043 044 045 048 "
@@ -72,13 +72,13 @@ def test_the_table_of_commands_has_a_row_with_block_test_and_section(command: Co
 
 @every_command
 def test_what_one_block_leaves_out_another_block_of_the_command_has(command: Command) -> None:
-    """Every field and every value of the manual can be sent, every field of the answer is shown.
+    """Together, the blocks send every field and value of the manual, and show every answer field.
 
     Source: design of the library, 3: every flag and field of the manual is reachable.
     """
     blocks = [library().blocks[name] for name in _blocks(command)]
     if any(block.handwritten for block in blocks):
-        return  # FB_RemoteCommand sends every code; its own tests check that
+        return  # FB_RemoteCommand sends every code, which its own tests check
     for part in command.request:
         sent = [block for block in blocks if part.name not in block.zero]
         assert sent, part.name
@@ -93,7 +93,7 @@ def test_what_one_block_leaves_out_another_block_of_the_command_has(command: Com
 def test_a_real_is_in_millimetres_or_percent_where_the_field_has_a_part_of_them(
     block: Block,
 ) -> None:
-    """The unit of the field: 0.001 mm, or 0.01 % of the direct speed.
+    """The unit of the field is 0.001 mm, or 0.01 % of the direct speed.
 
     Source: remote command guide 4.2.1.
     """
@@ -122,7 +122,7 @@ def _kinds(kind: str) -> tuple[str, ...]:
 
 
 def test_the_virtual_controller_executes_every_command() -> None:
-    """Each has an effect; what it is, tests/robot/commands says."""
+    """tests/robot/commands checks the effect of each command."""
     import rcx_harness.robot.commands
     from rcx_harness.robot.commands.base import registered
 

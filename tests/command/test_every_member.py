@@ -1,7 +1,7 @@
-"""Every member of every enumerated pin of every command block: its telegram, or its answer.
+"""Every member of every enumerated pin of every command block has its telegram or answer.
 
-What is expected is put together from tests/spec/second_reading/pins, which was made from the
-manual alone; spec/blocks.toml and spec/remote_commands.toml are not looked at.
+Expected words come from tests/spec/second_reading/pins, which was made from the manual alone. The
+tests do not use spec/blocks.toml and spec/remote_commands.toml.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def _start(block: Pins, bench: CommandBench, pins: dict[str, Value]) -> None:
 
 
 def _sent(block: Pins, pins: dict[str, Value], robot: int = 0) -> str:
-    """Return the error with the telegram for these pins; empty if nothing is."""
+    """Return the error in the telegram for these pins, or an empty text."""
     expected = block.telegram(pins, robot)
     illegal = READINGS[expected[0] & 0xFFF].problem(expected)
     bench = _bench(block)
@@ -98,7 +98,9 @@ def test_no_member_is_refused_but_those_that_the_commands_table_lacks() -> None:
 
 @every_block_of_the_reading
 def test_robots_and_defaults_go_out_as_the_manual_has_them(block: Pins) -> None:
-    """Bits 15 to 12 of n have the robot number if the table has a robot; other pins have defaults.
+    """Bits 15 to 12 of n have the robot number if the table has a robot.
+
+    Other pins have their defaults.
 
     Source: remote command guide 4.2 to 4.9, robot designation.
     """
@@ -109,7 +111,7 @@ def test_robots_and_defaults_go_out_as_the_manual_has_them(block: Pins) -> None:
 
 @every_block_of_the_reading
 def test_each_other_pin_goes_out_in_its_place_and_unit(block: Pins) -> None:
-    """Lowest and highest legal numbers, or some where the manual has no limits.
+    """The values are the lowest and highest legal numbers, or some if the manual has no limits.
 
     Source: remote command guide 4.2 to 4.9, legend of each command's table.
     """
@@ -145,7 +147,7 @@ def test_each_answer_is_shown_as_the_manual_has_it(block: Pins) -> None:
 
 
 def _shown(block: Pins, pins: dict[str, Value], response: list[int]) -> Iterator[str]:
-    """Return the outputs whose values differ from the reading."""
+    """Return the outputs whose values differ from the second reading."""
     bench = _bench(block)
     _start(block, bench, pins)
     assert not bench.pin("Error"), f"{block}: 16#{bench.pin('ErrorID'):04X}"
@@ -160,7 +162,7 @@ def _shown(block: Pins, pins: dict[str, Value], response: list[int]) -> Iterator
 
 
 def _responses(entry: PinRow) -> Iterator[list[int]]:
-    """Return answers that differ in this output only: each of its places alone, and all."""
+    """Return answers that differ in this output only: in each of its places alone, and in all."""
     if entry.how == "text":
         words = [0] * WORDS
         for part, letter in zip(entry.places, b"AB_19 Z".ljust(len(entry.places)), strict=True):
@@ -189,7 +191,7 @@ def _answers(entry: PinRow, part: second_reading.Place) -> Sequence[int]:
 
 
 def _values(block: Pins, entry: PinRow, pins: dict[str, Value]) -> Iterator[Value]:
-    """Return values that are legal by the reading of the command's section."""
+    """Return values that are legal in the second reading of the command's section."""
     words = block.telegram(block.given(**pins))
     if entry.flag:
         entry.flag.write(words, 1)
@@ -250,7 +252,7 @@ def test_every_member_of_every_type_was_sent_or_shown() -> None:
     "block", [one for one in BLOCKS.values() if not one.level], ids=lambda one: str(one.name)
 )
 def test_a_command_without_an_end_fails_after_the_time_limit_of_its_kind(block: Pins) -> None:
-    """60 s where the robot moves, else 5 s, unless Timeout says otherwise.
+    """The default limit is 60 s for movements and 5 s for others.
 
     Source: design of the library: time limits are those of docs/reference/blocks.md; the manual
     has none.

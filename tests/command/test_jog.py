@@ -1,4 +1,4 @@
-"""FB_Jog: moves while Enable is TRUE, stops by SI(06), and comes back ready."""
+"""FB_Jog moves the robot while Enable is TRUE, stops it by SI(06), and becomes ready again."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ from jog_bench import STOPPED, end_by_stop, jog_plc, jogging, present
     ("frame", "code"), [("JOG_PULSES", 0x20), ("JOG_CARTESIAN", 0x21), ("JOG_TOOL", 0x22)]
 )
 def test_the_telegram_of_a_jog(frame: str, code: int) -> None:
-    """Axis 1 of robot 1 in the minus direction, position in pulses: 0x4000, 0x0081.
+    """Axis 1 of robot 1 moves in the minus direction.
+
+    The position is in pulses: 0x4000, 0x0081.
 
     Source: remote command guide 4.2.6, examples
     """
@@ -61,7 +63,7 @@ def test_the_position_in_millimetres_has_three_decimals() -> None:
 
 
 def test_after_the_stop_the_interlock_signal_is_set_on_again_by_itself() -> None:
-    """SI(06) comes back 100 ms and the margin after it went OFF; then Stopping ends.
+    """SI(06) turns ON again 100 ms and the margin after it turned OFF. Then Stopping ends.
 
     Source: remote command guide 4.2.6; manual chapter 5, 3, caution
     """
@@ -100,7 +102,7 @@ def test_an_enable_that_falls_before_the_code_is_out_sends_nothing() -> None:
 
 
 def test_an_enable_of_one_scan_stops_in_the_scan_after_the_code() -> None:
-    """The code without SI(06) OFF never lasts longer, in whichever scan Enable falls."""
+    """SI(06) turns OFF one scan after the code, in whichever scan Enable falls."""
     for scans in range(1, 6):
         plc = jog_plc()
         plc.change("Jog.Enable", to=True, scans=scans)
@@ -109,13 +111,13 @@ def test_an_enable_of_one_scan_stops_in_the_scan_after_the_code() -> None:
 
 
 def test_a_jog_whose_block_is_not_called_any_more_is_stopped() -> None:
-    """The command has lost its block: SI(06) goes OFF in the same scan."""
+    """The command has lost its block, so SI(06) turns OFF in the same scan."""
     plc = jog_plc()
     jogging(plc)
     plc.change("CallJog", to=False)
     assert plc.inputs == ["SI00"]
     plc.scan(20)
-    assert plc.inputs == ["SI00"], "until the jog has ended"
+    assert plc.inputs == ["SI00"], "SI(06) stays OFF until the jog has ended"
     plc.complete(0x4000, STOPPED)
     plc.scan_until(lambda: "SI06" in plc.inputs)
 
@@ -131,15 +133,17 @@ def test_a_jog_of_fb_remote_command_is_stopped_at_its_timeout() -> None:
 
 
 def test_another_stop_ends_the_jog_with_an_error() -> None:
-    """12.400 that Enable has not asked for, as from a stop of the programming box."""
+    """An alarm 12.400 without a fall of Enable may come from a stop of the programming box."""
     plc = jog_plc()
     jogging(plc)
     plc.complete(0x4000, STOPPED)
     assert plc["Jog.ErrorID"] == 0x8020
     assert (plc["Jog.AlarmGroup"], plc["Jog.AlarmCategory"]) == (12, 400)
     plc.scan(20)
-    assert plc.words[0] == 0, "it does not start again by itself"
-    assert (plc["Jog.AlarmGroup"], plc["Jog.AlarmCategory"]) == (12, 400), "until Enable falls"
+    assert plc.words[0] == 0, "the jog does not start again by itself"
+    assert (plc["Jog.AlarmGroup"], plc["Jog.AlarmCategory"]) == (12, 400), (
+        "the error stays until Enable falls"
+    )
     plc.change("Jog.Enable", to=False)
     assert not plc["Jog.Error"]
     assert (plc["Jog.AlarmGroup"], plc["Jog.AlarmCategory"]) == (0, 0)
@@ -165,7 +169,7 @@ def test_a_jog_that_the_controller_ends_normally_stays_valid_until_enable_falls(
     assert plc.words[0] == 0
     assert plc["Jog.Pulses"][0] == 12345
     plc.change("Jog.Enable", to=False)
-    assert plc.inputs == ["SI00", "SI06"], "nothing is to be stopped"
+    assert plc.inputs == ["SI00", "SI06"], "no jog is running that needs a stop"
 
 
 @pytest.mark.parametrize(
@@ -213,7 +217,7 @@ def test_with_the_stop_input_off_or_in_emergency_stop_no_jog_goes_out() -> None:
 
 
 def test_a_stop_that_is_never_answered_lets_the_channel_go_after_timeout() -> None:
-    """SI(06) stays OFF while the jog is out, and a new Enable says that the channel is blocked."""
+    """SI(06) stays OFF while the jog runs. A new Enable reports that the channel is blocked."""
     plc = jog_plc()
     jogging(plc, Timeout="T#100ms")
     plc.change("Jog.Enable", to=False, scans=15)

@@ -1,4 +1,4 @@
-"""FB_Jog and the commands before and after it: whose turn it is while SI(06) stops a jog."""
+"""FB_Jog and the commands before and after it, while SI(06) stops a jog."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def test_a_jog_waits_for_its_turn() -> None:
 
 
 def test_a_command_that_waits_goes_out_only_when_si06_is_back() -> None:
-    """While SI(06) is OFF a movement would end with 12.400."""
+    """While SI(06) is OFF, a movement would end with alarm 12.400."""
     plc = jog_plc()
     jogging(plc)
     plc["First.Code"], plc["First.Execute"] = 0x0001, True
@@ -31,7 +31,7 @@ def test_a_command_that_waits_goes_out_only_when_si06_is_back() -> None:
 
 
 def test_a_command_is_not_held_back_where_the_stop_stays() -> None:
-    """StopOk FALSE is the user's own stop: commands that do not move the robot continue to work."""
+    """If StopOk is FALSE, the user stops the robot. Commands that do not move it still work."""
     plc = jog_plc()
     jogging(plc)
     plc["StopOk"] = False
@@ -40,7 +40,7 @@ def test_a_command_is_not_held_back_where_the_stop_stays() -> None:
 
 
 def test_while_a_program_stop_holds_si06_the_next_command_does_not_wait_for_it() -> None:
-    """SI(06) is not going to come back by itself then."""
+    """While a program stop holds SI(06) OFF, the next command does not wait for SI(06)."""
     plc = jog_plc()
     jogging(plc)
     plc["Robot.Inner.HoldStop"] = True
@@ -51,12 +51,12 @@ def test_while_a_program_stop_holds_si06_the_next_command_does_not_wait_for_it()
 
 
 def test_a_jog_that_ended_while_nothing_could_be_written_needs_no_stop() -> None:
-    """The end is seen in the scan in which the area is legal again."""
+    """The block sees the end in the scan in which the area is legal again."""
     plc = jog_plc()
     jogging(plc)
     plc["Jog.Enable"], plc["WriteArea.Size"] = False, 47
     plc.scan()
-    assert plc.words[0] == 0x0020, "held, whatever happens"
+    assert plc.words[0] == 0x0020, "the command is held in any case"
     plc["WriteArea.Size"] = 48
     plc.answer(0x4000, STOPPED, scans=1)
     assert plc.words[0] == 0

@@ -63,7 +63,7 @@ def test_a_controller_that_does_not_become_ready_is_waited_for_until_timeout(
 
 @pytest.mark.parametrize("block", BLOCKS)
 def test_a_timeout_of_zero_is_no_limit(plc: PlcBench, block: str) -> None:
-    """The controller is not ready for a long time; then the command goes out."""
+    """The controller is not ready for a long time. Then the command is sent."""
     plc.answer(0x0200)
     plc[f"{block}.Timeout"], plc[f"{block}.Enable"] = "T#0s", True
     plc.scan(2000)

@@ -1,4 +1,4 @@
-"""FB_Jog and FB_ContinuousPosition with the virtual controller: what the robot does."""
+"""FB_Jog and FB_ContinuousPosition move and report the robot of the virtual controller."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_the_axis_moves_while_enable_is_true_and_stands_where_the_outputs_say(ce
 
 
 def test_after_a_jog_the_next_command_goes_out(cell: Cell) -> None:
-    """A waiting command goes out once SI(06) has been ON again."""
+    """A waiting command is sent when SI(06) has turned ON again."""
     cell["Main.Jog.Enable"] = True
     cell.run("200ms")
     cell["Main.Jog.Enable"] = False

@@ -1,4 +1,4 @@
-"""FB_RealTimeValue and its twin for an image of words, alone: every word, every refusal."""
+"""FB_RealTimeValue and its twin for images of words show every word, or refuse its number."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def _compiled(block: str) -> Alone:
 
 
 def _value(address: int) -> int:
-    """Return the value of the word at an even address; some are negative as INT."""
+    """Return the value of the word at an even address. Some are negative as INT."""
     return (address * 0x4D1 + 0x3A7) % 65536
 
 
@@ -64,7 +64,7 @@ def test_an_odd_offset_is_for_images_of_bytes_only(name: str, error: int) -> Non
 
 
 def test_every_extended_word_is_shown_in_three_ways(block: Alone) -> None:
-    """SOW(24) is at m + 48 and SOW(127), the last word, at m + 254.
+    """SOW(24) is at m + 48, and SOW(127), the last word, is at m + 254.
 
     Source: manual chapter 1, 4.2, and chapter 3, 2.1: words are unsigned, double words signed;
     remote command guide 4.9.1.

@@ -1,4 +1,4 @@
-"""REAL values as IEEE 754 patterns: exact, by arithmetic."""
+"""REAL values are converted exactly to and from IEEE 754 patterns by arithmetic."""
 
 from __future__ import annotations
 
@@ -9,10 +9,8 @@ import struct
 import pytest
 
 from both_engines import ENGINES
-from plc_bench import LIBRARY, ROOT
-from structured_text.engines import build
+from plc_bench import ROOT, compiled
 from structured_text.engines.base import Program
-from structured_text.projects.needed import needed
 
 PROGRAM = ROOT / "tests/data/library/Texts.st"
 
@@ -26,7 +24,7 @@ PATTERNS = [
 
 @pytest.fixture(scope="module", params=ENGINES)
 def plc(request: pytest.FixtureRequest) -> Program:
-    return build([PROGRAM, *needed([PROGRAM], LIBRARY)], request.param).program
+    return compiled(PROGRAM, request.param)
 
 
 def _real(pattern: int) -> float:
@@ -61,7 +59,7 @@ def test_every_real_has_its_own_pattern_and_comes_back_from_it(plc: Program) -> 
 def test_what_is_no_finite_number_gives_a_finite_one(
     plc: Program, pattern: int, real: float
 ) -> None:
-    """assumed: the guide does not say that such values occur."""
+    """Infinity becomes the largest REAL and NaN becomes 0 (assumed: the guide is silent)."""
     plc.write("Main.Bits", pattern)
     plc.scan(0)
     assert plc.read("Main.Back") == real
@@ -82,7 +80,7 @@ def test_an_overflow_has_the_pattern_of_infinity(plc: Program, number: str, patt
 def test_a_number_is_outside_of_its_limits_or_no_number(
     plc: Program, number: float, outside: bool
 ) -> None:
-    """Limits -0.5 and 2.0."""
+    """The limits are -0.5 and 2.0."""
     plc.write("Main.Number32", number)
     plc.scan(0)
     assert plc.read("Main.Outside") is outside

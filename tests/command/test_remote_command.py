@@ -1,4 +1,4 @@
-"""FB_RemoteCommand: any code, 15 words there and 15 words back, and its ways to end."""
+"""FB_RemoteCommand sends any code with 15 words, returns 15 words, and ends in several ways."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_what_is_held_changes_by_the_rising_edge_alone() -> None:
     plc.change("First.Execute", to=False)
     plc["First.Code"], plc["First.Data[3]"], plc["First.Timeout"] = 0x0101, 7, timedelta(seconds=9)
     plc.change("First.Execute", to=True)
-    assert held() == before, "an edge while busy"
+    assert held() == before, "an edge while Busy has no effect"
     plc.answer(0x0200, scans=1)
     for code in (0x0102, 0):
         plc.change("First.Code", to=code)
@@ -59,12 +59,12 @@ def test_all_fifteen_words_go_out_and_come_back() -> None:
     assert plc.words == [0x1505, *data]
     plc.answer(0x0200, response, scans=1)
     plc.answer(0, scans=5)
-    assert plc["First.Response"] == response, "kept after the status reset"
+    assert plc["First.Response"] == response, "the response stays after the status reset"
 
 
 @pytest.mark.parametrize("code", [0x0001, 0x1032, 0x250F, 0x3516, 0x4038, 0x4FFF, 0x0401, 0xF000])
 def test_the_code_goes_out_as_it_is_given(code: int) -> None:
-    """Robots 0 to 4 in bits 15 to 12, and anything else, which the controller may refuse.
+    """Bits 15 to 12 may have robots 0 to 4 or any other value, which the controller may refuse.
 
     Source: guide chapter 1, 1.1: command code in bits 11 to 0, robot number in bits 15 to 12.
     """
@@ -72,7 +72,7 @@ def test_the_code_goes_out_as_it_is_given(code: int) -> None:
     plc["First.Code"], plc["First.Execute"] = code, True
     plc.scan_until(lambda: plc.words[0] != 0, most=3)
     assert f"16#{plc.words[0]:04X}" == f"16#{code:04X}"
-    for _ in range(5):  # held until the status comes, no matter who asks
+    for _ in range(5):  # held until the status comes, whatever other blocks request
         plc.scan()
         assert plc.words == [code, *[0] * 15]
     plc.answer(0x0200, scans=1)
@@ -80,7 +80,7 @@ def test_the_code_goes_out_as_it_is_given(code: int) -> None:
 
 
 def test_an_abnormal_end_shows_alarm_group_and_category() -> None:
-    """Over soft limit, 2.334, as the guide prints it.
+    """The guide prints the soft limit alarm 2.334.
 
     Source: guide chapter 1, 1.1: 0x0002 in m + 2, 0x014E in m + 4.
     """

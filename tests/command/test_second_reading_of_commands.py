@@ -1,7 +1,7 @@
-"""Every command block at random beside FB_RemoteCommand, and beside a second reading of the rules.
+"""Every command block runs at random with FB_RemoteCommand, compared with a second reading.
 
-The test is the controller: it answers in every order, and goes away. Each scan of both blocks, and
-what goes out, must be what the rules of tests/support ask for.
+The test is the controller: it answers in every order, and disappears. Each scan of both blocks, and
+the data on the wire, must follow the rules of tests/support.
 """
 
 from __future__ import annotations
@@ -23,9 +23,10 @@ _SCAN_MS, _SPACING_MS = 40, 120
 _SCANS = 300
 _SHOWN = ("Done", "Busy", "Active", "Error", "ErrorID", "AlarmGroup", "AlarmCategory")
 _LIMITS_MS = (0, 80, 200, 480)
-#: The rival's code and first data word. The second does not end by itself, the last is empty.
+#: Code and first data word of the other block. The second command does not end by itself; the last
+#: is empty.
 _TELEGRAMS = ((0x0501, 0x0000), (0x1506, 0x0001), (0x1505, 0x0000), (0x0000, 0x0000))
-#: Statuses that may follow a status while a code is out; most likely the same status.
+#: Statuses that may follow a status while a code is on the wire; most likely the same status.
 _FOLLOWS = {
     0x0000: (0x0000, 0x0000, 0x0100, 0x0100, 0x0200, 0x4000),
     0x0100: (0x0100, 0x0100, 0x0100, 0x0200, 0x4000, 0x0000),
@@ -35,7 +36,7 @@ _FOLLOWS = {
 
 
 class _Beside:
-    """The bench, and the rules beside it."""
+    """The bench, and the second reading of its rules."""
 
     def __init__(self, bench: CommandBench, name: str) -> None:
         self.chance = Random(name)
@@ -62,7 +63,7 @@ class _Beside:
         self.bench[f"{self.path[part]}.{pin}"] = value
 
     def draw(self) -> None:
-        """Draw what the user, the network and the controller do before this scan."""
+        """Draw the actions of user, network and controller before this scan."""
         for part, rule in self.rules.items():
             if not rule.busy and not rule.execute and self.often(0.3):
                 self._prepare(part, rule)
@@ -101,7 +102,7 @@ class _Beside:
         self._put(part, "Execute", True)
 
     def scan(self, now: int) -> None:
-        """Run one scan of both, the block and its rule."""
+        """Run one scan of the block and of its second reading."""
         alarm = (self.chance.randrange(1, 99), self.chance.randrange(1, 999))
         self.bench.answer(self.status, alarm)
         self.bench.outputs(SO01=self.up["cpu"])
@@ -133,7 +134,7 @@ class _Beside:
         )
 
     def compare(self) -> None:
-        """Compare the outputs of both blocks, and the words as written."""
+        """Compare the outputs of both blocks and the written words."""
         for part, rule in self.rules.items():
             expected = (rule.done, rule.busy, rule.active, rule.number != 0, rule.number)
             wrong = differences(_SHOWN, self._look[part](), (*expected, *rule.alarm))

@@ -1,7 +1,7 @@
-"""FB_Jog and FB_ContinuousPosition at random beside FB_RemoteCommand and a second reading.
+"""FB_Jog and FB_ContinuousPosition run at random with FB_RemoteCommand and a second reading.
 
-The test is the controller: it answers in every order, and goes away. Each scan of both blocks, and
-what goes out, must be what the rules of tests/support ask for.
+The test is the controller: it answers in every order, and disappears. Each scan of both blocks, and
+the data on the wire, must follow the rules of tests/support.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _SHOWN = ("Valid", "Busy", "Error", "ErrorID", "AlarmGroup", "AlarmCategory")
 _SHOWN_BY_RIVAL = ("Done", "Busy", "Active", *_SHOWN[2:])
 _SCANS = 1500
 _LIMITS_MS = (0, 120, 320, 800)
-#: Scans of a phase with equal probabilities of disturbances and commands of the rival.
+#: Scans of a phase, in which the probabilities of disturbances and of other commands are constant.
 _PHASE_SCANS = 60
 _CALM, _RIVAL = (1.0, 0.3, 0.0), (1.0, 0.2, 0.0)
 _FOLLOWS = {
@@ -63,7 +63,7 @@ def _compiled(block: str) -> Program:
 
 
 class _Beside:
-    """The program, and the rules beside it."""
+    """The program, and the second reading of its rules."""
 
     def __init__(self, block: str, seed: int) -> None:
         self.chance = Random(f"{block} {seed}")
@@ -96,7 +96,7 @@ class _Beside:
         return self.chance.random() < rate
 
     def draw(self, scan: int) -> None:
-        """Draw what the user, the cell and the controller do before this scan."""
+        """Draw the actions of user, cell and controller before this scan."""
         if scan % _PHASE_SCANS == 0:
             self.calm, self.busy = self.chance.choice(_CALM), self.chance.choice(_RIVAL)
             self.silent = self.often(0.3)
@@ -167,7 +167,7 @@ class _Beside:
             self.response = [self.chance.randrange(65536) for _ in range(15)]
 
     def scan(self, now: int) -> None:
-        """Run one scan of both, the block and its rule."""
+        """Run one scan of the block and of its second reading."""
         on, view, head = self.on, self.view, self.head
         bits = on["SO01"] << 1 | on["SO00"] | 0x0110
         words = [self.status, *self.response, bits]

@@ -1,21 +1,19 @@
-"""Texts in telegrams: two characters a word, the first one in the lower byte."""
+"""Texts in telegrams have two characters per word, the first one in the lower byte."""
 
 from __future__ import annotations
 
 import pytest
 
 from both_engines import ENGINES
-from plc_bench import LIBRARY, ROOT
-from structured_text.engines import build
+from plc_bench import ROOT, compiled
 from structured_text.engines.base import Program
-from structured_text.projects.needed import needed
 
 PROGRAM = ROOT / "tests/data/library/Texts.st"
 
 
 @pytest.fixture(scope="module", params=ENGINES)
 def plc(request: pytest.FixtureRequest) -> Program:
-    return build([PROGRAM, *needed([PROGRAM], LIBRARY)], request.param).program
+    return compiled(PROGRAM, request.param)
 
 
 def _words(plc: Program, text: str) -> list[int]:
@@ -66,7 +64,7 @@ def test_a_text_too_long_or_with_other_characters_is_refused(
         ("", 0),
         ("A_Z09", 0),
         ("X" * 16, 0),
-        ("MAIN   ", 0),  # what a shorter name is filled up with
+        ("MAIN   ", 0),  # filler of a shorter name
         ("A_Z 09", 0x8046),
         (" MAIN", 0x8046),
         ("A  B", 0x8046),
@@ -107,7 +105,7 @@ def test_of_all_characters_a_program_name_takes_37(plc: Program) -> None:
 @pytest.mark.parametrize(
     ("words", "text"),
     [
-        ((0x4241, 0x0043, 0x4444), "ABC"),  # 0x00 ends it
+        ((0x4241, 0x0043, 0x4444), "ABC"),  # 0x00 ends the text
         ((0x4241, 0x2043, 0x2020), "ABC"),  # spaces at the end
         ((0x4120, 0x4220, 0x0000), " A B"),
         ((0x2020, 0x2020, 0x2020), ""),

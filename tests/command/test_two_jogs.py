@@ -1,4 +1,4 @@
-"""Two FB_Jog for one robot: the one that is idle does not disturb the other's stop."""
+"""Of two FB_Jog for one robot, the idle one does not disturb the stop of the other."""
 
 from __future__ import annotations
 

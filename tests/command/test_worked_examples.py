@@ -1,8 +1,8 @@
-"""The 100 worked examples of the guide, each with the block that a user would choose for it.
+"""The 100 worked examples of the guide work with the block that a user would choose.
 
-The pins get the values of the prose; the words sent and the outputs for the printed answer must be
-the guide's. If print and prose disagree, `differs` in tests/data/worked_examples.toml says how, and
-which of them counts.
+The pins get the values of the prose. The words sent, and the outputs for the printed answer, must
+be those of the guide. If print and prose disagree, `differs` in tests/data/worked_examples.toml
+gives the difference and the valid version.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def _jog(engine: str) -> CommandBench:
 def test_a_jog_sends_the_words_of_the_example_and_reads_the_positions_beside_12_400(
     engine: str, number: int
 ) -> None:
-    """The stop input that ends it is what the block itself switches off.
+    """The block itself switches OFF the stop input that ends the jog.
 
     Source: remote command guide 4.2.6, examples
     """

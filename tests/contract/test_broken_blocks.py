@@ -1,4 +1,4 @@
-"""Check that the contract runs can fail: each copy has one fault, which a run must report."""
+"""The contract runs detect faults: each copy of the library has a fault that a run must report."""
 
 from __future__ import annotations
 

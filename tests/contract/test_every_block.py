@@ -1,4 +1,4 @@
-"""The contract of every block: Execute patterns, answers, moments; each scan is judged.
+"""Every block keeps its contract in every scan, for all Execute patterns, answers and moments.
 
 Source: design of the library, 2 and 3; manual chapter 5, 3, caution; guide chapters 1 and 2.
 """
@@ -27,7 +27,7 @@ def test_no_case_is_there_twice() -> None:
 
 
 def test_every_command_block_and_every_sequence_is_there() -> None:
-    """The blocks are recognised by their pins; the number of files in the folders is the same."""
+    """Blocks are recognised by their pins, and their number is that of the files in the folders."""
     assert {*BLOCKS} == {*library().edge, *library().level}
     assert len(BLOCKS) > 100
 
@@ -48,7 +48,7 @@ def test_the_contract_holds(block: str, record_property: Callable[[str, object],
 
 
 def _run(block: str, every: Sequence[Case]) -> int:
-    """Run cases of a block; return the scans that were judged."""
+    """Run cases of a block, and return the number of scans that were checked."""
     bench = ContractBench(block)
     failures = []
     for case in every:

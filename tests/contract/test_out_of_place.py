@@ -1,7 +1,7 @@
-"""Every block before FB_ReadArea and behind FB_WriteArea: it is refused, and nothing goes out.
+"""Every block is refused before FB_ReadArea and after FB_WriteArea, and sends nothing.
 
-One program has all blocks; they are tried one after another. matiec has some of them, since its
-compiler takes long.
+One program has all blocks, which are tried in turn. With matiec it has only some of them, since
+that compiler takes long.
 
 Source: docs/reference/errors.md, 16#8017; docs/explanation/scan-model.md, where a block is called.
 """
@@ -23,9 +23,9 @@ from structured_text.engines.base import Value
 
 OUT_OF_PLACE = 0x8017
 PLACES = ("Early", "Late")
-#: Blocks that request nothing from the controller; out of place they only show older values.
+#: Blocks that request nothing from the controller. Out of place they only show older values.
 LOOKING = ("FB_AutoMode", "FB_Interlock", "FB_Status")
-#: Blocks that switch their input OFF wherever they are called: `test_a_stop_acts_...` below.
+#: Blocks that switch their input OFF wherever they are called; see `test_a_stop_acts_...`.
 STOPPING = {"FB_EmergencyStop": 0x0001, "FB_ProgramStop": 0x0040}
 BLOCKS = [name for name in (*library().edge, *library().level) if name not in LOOKING]
 _MATIEC_BLOCKS = (
@@ -46,10 +46,10 @@ _LEVELS = 0x0041
 
 
 class Places(PlcBench):
-    """A block that can be called at three places of the scan, and a command in its place.
+    """A block that can be called at three places of the scan, and another command in its place.
 
     Args:
-        engine: What runs it.
+        engine: The engine that runs the program.
     """
 
     def __init__(self, engine: str) -> None:
@@ -66,7 +66,7 @@ class Places(PlcBench):
         self._start = self.program.snapshot(), self.now_us, bytes(self.so)
 
     def choose(self, block: str) -> None:
-        """Go back to the start with this block, which no place calls yet."""
+        """Return to the start with this block, which is not called yet."""
         snapshot, self.now_us, so = self._start
         self.program.restore(snapshot)
         self.so[:] = so
@@ -100,16 +100,16 @@ class Places(PlcBench):
 
     @property
     def works(self) -> bool:
-        """Return whether the block is Busy or, with Enable, Valid."""
+        """Return whether the block is Busy or, if it has Enable, Valid."""
         return bool(self.pin("Busy")) or (self.start == "Enable" and bool(self.pin("Valid")))
 
     @property
     def applied(self) -> int:
-        """Return the dedicated inputs that are ON as written."""
+        """Return the dedicated inputs that are ON in the written area."""
         return int.from_bytes(self.image[32:34], "little")
 
     def scan(self, count: int = 1) -> None:
-        """Run scans; note the codes that go out, and the dedicated inputs that come ON."""
+        """Run scans, and record the codes that are sent and the dedicated inputs that turn ON."""
         for _ in range(count):
             super().scan()
             area = self.image[:34]
@@ -122,7 +122,7 @@ class Places(PlcBench):
     def finish(self) -> None:
         """Answer as a controller does: end every command, also that of the other block, and reset.
 
-        After a jog the other command waits until SI(06) is ON again.
+        After a jog, the other command waits until SI(06) is ON again.
         """
         for scan in range(60):
             self.answer(_END if self.code else _READY)
@@ -170,7 +170,7 @@ def _bench(engine: str) -> Places:
 
 
 def _each(engine: str, judge: Callable[[Places, str], None]) -> None:
-    """Try a case on every block, and list all that fail."""
+    """Run a test case for every block, and list all blocks that fail."""
     plc, failed = _bench(engine), []
     for block in plc.blocks:
         plc.choose(block)
@@ -186,9 +186,9 @@ def _each(engine: str, judge: Callable[[Places, str], None]) -> None:
 def test_a_block_that_begins_out_of_place_ends_in_that_call_and_nothing_goes_out(
     engine: str, place: str
 ) -> None:
-    """Execute stays TRUE, but a later request does not go out either.
+    """Execute stays TRUE, but a later request is not sent either.
 
-    Another block works meanwhile.
+    Another block works in the meantime.
 
     Source: docs/reference/errors.md, 16#8017.
     """
@@ -219,7 +219,7 @@ def test_a_block_that_begins_out_of_place_ends_in_that_call_and_nothing_goes_out
 def test_a_block_that_is_called_out_of_place_while_it_is_busy_ends_and_nothing_more_goes_out(
     engine: str, place: str, also: bool
 ) -> None:
-    """A command that was sent is held to its end; then the next block gets the turn.
+    """A command that was sent is held to its end. Then the next block gets the turn.
 
     Source: docs/reference/errors.md, 16#8017; guide chapter 2: code and data stand until the
     status is seen.
@@ -238,7 +238,7 @@ def test_a_block_that_is_called_out_of_place_while_it_is_busy_ends_and_nothing_m
         plc.call(place)
         plc.finish()
         assert plc.error == OUT_OF_PLACE
-        assert plc.codes[sent:] == [0x0501], "only the other one's"
+        assert plc.codes[sent:] == [0x0501], "only the code of the other block"
         assert plc["Other.Done"]
         assert plc.on == asked
         assert plc.applied == _LEVELS & ~STOPPING.get(block, 0)

@@ -1,4 +1,4 @@
-"""The bench without a robot, on which most tests of single blocks run, watches the contract too."""
+"""The bench without a robot, which most tests of single blocks use, also checks the contract."""
 
 from __future__ import annotations
 

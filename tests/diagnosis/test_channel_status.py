@@ -1,4 +1,7 @@
-"""FB_ChannelStatus: who has the turn, for how long, who waits; the test plays the controller."""
+"""FB_ChannelStatus shows which block has the turn, for how long, and which blocks wait.
+
+The test plays the controller.
+"""
 
 from __future__ import annotations
 
@@ -74,7 +77,7 @@ def test_a_turn_is_counted_from_the_scan_in_which_it_is_first_seen(channel: str)
 
 @_BOTH
 def test_a_turn_that_is_never_given_back_stays_stuck(channel: str) -> None:
-    """A DINT, which some PLCs have for it, ends at 2^31 - 1 ms: the time stays below it."""
+    """The time stays below 2^31 - 1 ms, the limit of the DINT that some PLCs use for TIME."""
     block = Channels()
     block.change(f"Robot.Inner.{channel}.NextTicket", to=1, scans=2)
     block[f"Block.{channel}Channel.Turn.Held"] = 2_147_390_000
@@ -90,7 +93,10 @@ def test_a_turn_that_is_never_given_back_stays_stuck(channel: str) -> None:
 def test_the_time_of_a_turn_stays_where_it_has_reached_its_end(
     channel: str, held: int, then: int
 ) -> None:
-    """The time also stays if the longest turn is forgotten. Source: head of RCX_TURN, 24 days."""
+    """At its end the shown time stays constant, also after a reset of the longest turn.
+
+    Source: head of RCX_TURN, 24 days.
+    """
     block = Channels()
     block[f"Robot.Inner.{channel}.NextTicket"] = 1
     block.change("Block.Reset", to=True, scans=2)
@@ -137,7 +143,7 @@ def test_those_behind_the_holder_wait(
 
 @_BOTH
 def test_several_that_end_in_one_scan_leave_nobody_waiting(channel: str) -> None:
-    """This happens when the link is lost and all waiting blocks end with an error."""
+    """When the link is lost, all waiting blocks end with an error."""
     block = Channels()
     block.change(f"Robot.Inner.{channel}.NextTicket", to=3)
     assert block[channel]["Waiting"] == 2
@@ -232,7 +238,7 @@ def test_commands_take_turns_and_one_that_has_lost_its_block_is_an_orphan(engine
 def test_a_sequence_is_shown_by_its_dedicated_input_and_the_log_tells_the_same_story(
     engine: str,
 ) -> None:
-    """Servo on: SI(01) ON, SO(02) ON, SI(01) OFF. Source: manual chapter 5, 3.1."""
+    """Servo on turns SI(01) ON, SO(02) ON, and SI(01) OFF. Source: manual chapter 5, 3.1."""
     plc = PlcBench(program=ROOT / "tests/data/library/Diagnosis.st", engine=engine)
     plc.power_up()
     plc.change("ServoOn.Execute", to=True, scans=14)

@@ -1,6 +1,6 @@
-"""FB_CommandRecorder: what it keeps, and what a fault is.
+"""FB_CommandRecorder records events and detects faults.
 
-The test plays the robot: it writes RCX_REF as FB_ReadArea and FB_WriteArea leave it.
+The test plays the robot: it writes RCX_REF as FB_ReadArea and FB_WriteArea would.
 """
 
 from __future__ import annotations
@@ -192,7 +192,7 @@ def test_without_a_link_outputs_are_not_believed_and_afterwards_only_real_change
 def test_without_a_link_inputs_are_still_believed_and_outputs_stay_as_they_were(
     recorder: Recorder,
 ) -> None:
-    """FB_WriteArea itself takes inputs back when the link is lost.
+    """FB_WriteArea itself switches inputs OFF when the link is lost.
 
     Source: manual chapter 1, 5: SI(00) and SI(06) are OFF in the error state.
     """

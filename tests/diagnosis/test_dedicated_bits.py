@@ -1,4 +1,4 @@
-"""FB_DedicatedBits: the dedicated bits in words, at the places that they have in the areas."""
+"""FB_DedicatedBits has the dedicated bits in words, at the same places as in the areas."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""diagnosis.md: its program compiles and runs, and its panel is what the blocks showed."""
+"""The program of diagnosis.md compiles and runs, and its panel shows what the blocks showed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from structured_text.output.toml_files import load_toml
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_program_of_the_page_finds_what_went_wrong_and_goes_on_after_reset(engine: str) -> None:
-    """Point 20 lies beyond the soft limit: alarm 2.334. Source: guide 1.1."""
+    """Point 20 lies beyond the soft limit, which is alarm 2.334. Source: guide 1.1."""
     robot = PROGRAM.with_name("robot.toml")
     with Cell.build([PROGRAM], scan="10ms", engine=engine, robot=robot) as cell:
         cell["Main.CellSafe"] = True

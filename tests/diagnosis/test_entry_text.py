@@ -1,4 +1,4 @@
-"""FB_EntryText: an entry of the recorder in words."""
+"""FB_EntryText describes an entry of the recorder in words."""
 
 from __future__ import annotations
 

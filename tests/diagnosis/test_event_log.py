@@ -1,6 +1,6 @@
-"""FB_EventLog: its ring of entries, how it freezes, and what a panel sees of it.
+"""FB_EventLog has a ring of entries that can freeze, and shows it to a panel.
 
-It is looked at through FB_CommandRecorder, which owns it.
+The tests access it through FB_CommandRecorder, which owns it.
 """
 
 from __future__ import annotations

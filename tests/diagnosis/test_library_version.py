@@ -1,4 +1,4 @@
-"""FC_LibraryVersion: the version of the package, in the block, the exports and the changelog."""
+"""FC_LibraryVersion has the version of the package, as have the exports and the changelog."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ END_PROGRAM
 
 @pytest.mark.parametrize("engine", ["auto", "builtin"])
 def test_it_gives_the_version_of_the_package(engine: str) -> None:
-    """0.1.0 is 100: two digits for each of minor and patch."""
+    """Version 0.1.0 is 100, because minor and patch have two digits each."""
     program = compiled(_PROGRAM, engine)
     found = []
     for scan, part in enumerate((0, 1, 2, 3, 4, -1)):
@@ -49,7 +49,7 @@ def test_a_version_that_is_no_number_is_refused(text: str) -> None:
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_every_export_says_which_version_it_is(target: str, tmp_path: Path) -> None:
-    """A reader of the PLC's project sees it without the function, too."""
+    """The version is readable in the PLC's project without the function, too."""
     (tmp_path / "Versions.st").write_text(_PROGRAM, encoding="utf-8")
     files = export(target, program=[tmp_path / "Versions.st"], only_needed=True).files
     said = f"Version {metadata.version('rcx-harness')}"

@@ -1,4 +1,4 @@
-"""A device without sockets on a clock of its own, and the frames to speak to it."""
+"""A device without sockets, in virtual time, and frames to communicate with it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def hexa(text: str) -> bytes:
 
 
 class MemoryImage:
-    """An assembly in plain memory, which counts how often it was written."""
+    """An assembly in plain memory that counts how often it was written."""
 
     def __init__(self, size: int) -> None:
         self.data = bytes(size)
@@ -53,16 +53,16 @@ class FakeCyclicPart(CyclicControl):
     removed: list[int] = field(default_factory=list)
 
     def add(self, parameters: ConnectionParameters) -> None:
-        """Note an opened connection."""
+        """Record an opened connection."""
         self.added.append(parameters)
 
     def remove(self, number: int) -> None:
-        """Note a closed connection."""
+        """Record a closed connection."""
         self.removed.append(number)
 
 
 class Bench:
-    """The device under test with its surroundings."""
+    """The device under test with the parts around it."""
 
     def __init__(self, size: int = 48, cyclic: bool = True, **settings: Any) -> None:
         self.now = 1000.0
@@ -100,7 +100,7 @@ class Bench:
         return self.device.connect(LOCAL, peer)
 
     def ask(self, request: str, origin: Origin | None = None) -> bytes:
-        """Answer to a CIP request given in hexadecimal digits."""
+        """Return the answer to a CIP request in hexadecimal digits."""
         return self.device.router.answer(hexa(request), origin or Origin(PEER, LOCAL[0], 1))
 
 
@@ -111,7 +111,7 @@ def bench() -> Bench:
 
 @pytest.fixture
 def make_bench() -> type[Bench]:
-    """Return the class, for a device with other settings."""
+    """Return the bench class, for a device with other settings."""
     return Bench
 
 
@@ -123,7 +123,7 @@ def session(bench: Bench) -> Session:
 
 @pytest.fixture
 def registered(bench: Bench) -> Session:
-    """Return a connection whose session handle is 1."""
+    """Return a connection with the session handle 1."""
     connection = bench.connect()
     connection.receive(hexa("6500 0400 00000000 00000000 0000000000000000 00000000 0100 0000"))
     return connection
@@ -139,13 +139,13 @@ def images() -> Iterator[SharedImages]:
 
 @pytest.fixture
 def device(images: SharedImages) -> exchange_bench.Device:
-    """Return the target of class 1 connections."""
+    """Return the target end of class 1 connections."""
     return exchange_bench.Device(images)
 
 
 @pytest.fixture
 def owned(device: exchange_bench.Device) -> exchange_bench.Device:
-    """Return the device with an exclusive owner, opened at 0."""
+    """Return the device with an exclusive owner that was opened at time 0."""
     device.exchange.add(exchange_bench.OWNER, 0)
     return device
 

@@ -1,4 +1,4 @@
-"""The adapter's process: what it serves, and that nothing of it stays behind."""
+"""The adapter's process serves its objects and leaves nothing behind at its end."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def memories(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 def is_gone(name: str) -> bool:
-    """Return whether no shared memory has this name."""
+    """Return whether no shared memory has this name any more."""
     try:
         SharedMemory(name).close()
     except FileNotFoundError:
@@ -43,7 +43,7 @@ def is_gone(name: str) -> bool:
 
 @pytest.mark.parametrize("size", [48, 256])
 def test_both_images_have_the_size_of_the_areas(size: int) -> None:
-    """48 bytes each way, 256 with the word extension.
+    """Each area has 48 bytes, or 256 bytes with the word extension.
 
     Source: manual chapter 1, 4.1 and 4.2
     """
@@ -93,7 +93,9 @@ def test_stopping_leaves_no_process_and_no_memory(
 ) -> None:
     adapter = Adapter()
     assert processes[0].poll() is None
-    assert all(is_gone(name) for name in memories), "the name is taken back once both have it"
+    assert all(is_gone(name) for name in memories), (
+        "the name is removed when both processes have the memory"
+    )
     adapter.close()
     adapter.close()
     assert len(memories) == 1
@@ -147,6 +149,7 @@ def test_a_dead_process_is_reported_with_its_signal(
     assert closed.failure == ""
 
 
+@pytest.mark.exhaustive
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
 def test_ctrl_c_is_the_parents_to_handle(processes: list[subprocess.Popen[str]]) -> None:
     with Adapter() as adapter, Client(*adapter.address) as master:
@@ -157,7 +160,7 @@ def test_ctrl_c_is_the_parents_to_handle(processes: list[subprocess.Popen[str]])
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
 def test_the_adapter_ends_when_its_parent_is_killed() -> None:
-    """The parent's standard error stays open while either process lives."""
+    """The standard error of the parent stays open as long as parent or adapter runs."""
     program = (
         "from rcx_harness.enip.target.adapter import Adapter\n"
         "adapter = Adapter()\n"

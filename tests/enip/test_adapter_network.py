@@ -1,4 +1,4 @@
-"""The adapter's process with real sockets: UDP, cyclic connections, a link that is cut."""
+"""The adapter's process with real sockets: UDP, cyclic connections, a cut link."""
 
 from __future__ import annotations
 
@@ -67,9 +67,9 @@ def close_owner(master: Client) -> bytes:
 def test_an_adapter_on_all_addresses_answers_with_the_address_that_was_asked(
     wire: socket.socket,
 ) -> None:
-    """UDP and TCP both show the address, because nobody can connect to 0.0.0.0.
+    """UDP and TCP answers show the address that was asked, as does attribute 5.
 
-    So does attribute 5.
+    A client cannot connect to 0.0.0.0.
     """
     told = struct.pack(">HH4s8x", 2, 0, bytes([127, 0, 0, 1]))
     with Adapter(host="0.0.0.0") as adapter:
@@ -114,7 +114,7 @@ def test_a_port_of_cyclic_io_in_use_is_reported(wire: socket.socket) -> None:
 def test_a_cyclic_connection_owns_the_outputs_until_it_is_closed(adapter: Adapter) -> None:
     """The connection outlives the TCP connection that opened it.
 
-    Another TCP connection of the same machine closes it.
+    Another TCP connection from the same machine closes it.
     """
     with Client(*adapter.address) as master:
         assert len(open_owner(master)) == 26
@@ -176,7 +176,7 @@ def test_an_adapter_that_is_cut_off_does_not_answer(adapter: Adapter, state: Lin
                 break
         except EnipError:
             continue
-    # A cut alone ends no cyclic connection: that is for its time-out.
+    # A cut does not end a cyclic connection; only its time-out does.
     assert (owned[0] & 1) == (state is LinkState.CUT)
 
 

@@ -1,4 +1,4 @@
-"""The scanner, and what it says about adapters that are not there, silent, or wrong."""
+"""The scanner reports adapters that are missing, silent or wrong."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Serve = Callable[..., tuple[str, int]]
 
 @pytest.fixture
 def adapter_that_says() -> Iterator[Serve]:
-    """Return a function that starts an adapter whose nth answer is given in advance."""
+    """Return a function that starts an adapter with a prepared list of answers."""
     ends: list[Callable[[], None]] = []
 
     def serve(*answers: bytes) -> tuple[str, int]:
@@ -51,7 +51,10 @@ def adapter_that_says() -> Iterator[Serve]:
 def test_an_answer_that_drips_in_byte_by_byte_has_no_more_time_than_another(
     adapter_that_says: Serve,
 ) -> None:
-    """Each byte comes within 5 s, but of the 28 the second is not waited for: 6 s have passed."""
+    """Each byte comes within 5 s, but the limit of 5 s applies to the whole answer.
+
+    After 6 s, the client does not wait for the second byte of the 28.
+    """
     times = iter([0.0, 1.0, 6.0])
     host, port = adapter_that_says(REGISTERED[:1])
     with pytest.raises(EnipError, match="nothing within 5 s"):

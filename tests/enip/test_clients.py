@@ -1,7 +1,7 @@
-"""Clients that this project did not write read identity and assemblies.
+"""Clients from outside this project read identity and assemblies.
 
-cpppo's client runs in a process of its own; pycomm3 sends unconnected messages without a route,
-where a test does not say otherwise; pylogix takes a device without a route for a Micro800.
+cpppo's client runs in a process of its own. pycomm3 sends unconnected messages without a route,
+unless a test says otherwise. pylogix treats a device without a route as a Micro800.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def logix_data(answer: Any) -> bytes:
     """Return the data of the CIP reply in the frame that pylogix returns."""
     assert answer.Status == "Success"
     frame: bytes = answer.Value
-    # Header, interface handle and time-out, two items, then the reply's four bytes.
+    # Header, interface handle and time-out, two items, then the four bytes of the reply.
     (length,) = struct.unpack_from("<H", frame, 38)
     assert len(frame) == 40 + length
     return frame[44:]

@@ -1,7 +1,7 @@
 """Class 3: explicit messages within a connection, as bytes.
 
-A SendUnitData: interface 0, time-out 0, two items: connected address (0xA1), connected data (0xB1)
-with the sequence count first.
+A SendUnitData has interface 0, time-out 0 and two items: connected address (0xA1), and connected
+data (0xB1) with the sequence count first.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def reply(message: str) -> bytes:
 
 @pytest.fixture
 def connected(bench: Any, registered: Session) -> Session:
-    """Return session 1 with a class 3 connection of id 0x00010001, 10 ms times 16."""
+    """Return session 1 with a class 3 connection: id 0x00010001, time-out 10 ms times 16."""
     assert bench.ask(forward_open(**CLASS_3)) == opened()
     return registered
 
@@ -85,7 +85,7 @@ def test_a_connection_belongs_to_its_session(bench: Any, connected: Session) -> 
 
 
 def test_a_wrong_session_handle_is_refused(connected: Session) -> None:
-    """Encapsulation status 0x64."""
+    """The answer has encapsulation status 0x64."""
     assert connected.receive(unit(f"0100 {GET_SIZE}", session="09000000")) == bytes.fromhex(
         f"7000 0000 09000000 64000000 {CONTEXT} 00000000"
     )
@@ -103,7 +103,7 @@ def test_a_wrong_session_handle_is_refused(connected: Session) -> None:
     ],
 )
 def test_malformed_data_are_refused(connected: Session, data: str) -> None:
-    """Encapsulation status 0x03."""
+    """The answer has encapsulation status 0x03."""
     length = len(bytes.fromhex(data))
     head = f"01000000 00000000 {CONTEXT} 00000000"
     assert connected.receive(bytes.fromhex(f"7000 {length:02X}00 {head} {data}")) == bytes.fromhex(
@@ -117,7 +117,10 @@ def test_malformed_data_are_refused(connected: Session, data: str) -> None:
 def test_messages_and_replies_fit_the_connections_size(
     bench: Any, registered: Session, o_to_t: str, t_to_o: str, answer: str
 ) -> None:
-    """Ten bytes to us do not go into nine, eight from us not into seven: 0x15, 0x11."""
+    """Ten bytes to the device do not fit into nine (0x15).
+
+    Eight bytes from the device do not fit into seven (0x11).
+    """
     bench.ask(forward_open(**{**CLASS_3, "o_to_t": o_to_t, "t_to_o": t_to_o}))
     assert registered.receive(unit(f"0100 {GET_SIZE}")) == reply(f"0100 {answer}")
 
@@ -177,7 +180,7 @@ def test_it_is_closed_with_its_session(connected: Session, bench: Any) -> None:
 def test_it_times_out_after_its_interval_times_its_multiplier(
     connected: Session, bench: Any
 ) -> None:
-    """10 ms x 16; the first message has 10 s."""
+    """The time-out is 10 ms times 16, but 10 s before the first message."""
     bench.now += 9.9
     assert connected.receive(unit(f"0100 {GET_SIZE}")) == reply(f"0100 {SIZE_IS_48}")
     bench.now += 0.159
@@ -198,9 +201,9 @@ def test_a_connection_never_used_times_out_after_ten_seconds(bench: Any) -> None
 
 
 def test_six_and_more_connections_at_a_time_but_not_any_number(bench: Any) -> None:
-    """A machine may have 16, all machines 32; then extended status 0x113.
+    """A machine may have 16 connections, and all machines 32. Others get extended status 0x113.
 
-    The last four are reserved for other machines.
+    The last four are reserved for machines without a connection.
     """
 
     def open_from(peer: str, serial: int) -> bytes:

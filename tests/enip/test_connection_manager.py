@@ -1,4 +1,4 @@
-"""Forward Open and Forward Close: opened connections, allowed combinations, closed connections."""
+"""Forward Open and Forward Close open and close the allowed connections."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def origin(peer: str = "192.168.0.10", **addresses: str) -> Origin:
 
 
 def test_an_exclusive_owner_is_opened_and_passed_to_the_cyclic_part(bench: Any) -> None:
-    """48 bytes each way, with sequence count, and the run/idle header to the robot.
+    """Each direction has 48 bytes with a sequence count; the direction to the robot has a header.
 
     Source: manual chapter 1, 4.1
     """
@@ -54,12 +54,12 @@ def test_an_exclusive_owner_is_opened_and_passed_to_the_cyclic_part(bench: Any) 
             first_packet_us=10_000_000,
         )
     ]
-    # Where to send to: AF_INET, port 2222, 192.168.0.2, big endian
+    # destination of packets: AF_INET, port 2222, 192.168.0.2, big endian
     assert sender.items == [(0x8000, bytes.fromhex("0002 08AE C0A80002 0000000000000000"))]
 
 
 def test_a_connection_of_256_bytes_needs_no_large_forward_open(make_bench: Any) -> None:
-    """262 bytes (0x106) and 258 (0x102).
+    """The sizes on the wire are 262 bytes (0x106) and 258 bytes (0x102).
 
     Source: manual chapter 1, 4.2
     """
@@ -98,7 +98,7 @@ def test_a_large_forward_open_has_sizes_of_16_bits(
         "2100 0400 2500 0500 2D00 9600 2D00 6400",  # 16-bit segments
         "2004 2405 2004 2C96 2004 2C64",  # class repeated
         "3404 7C02 2B00 0500 0101 2004 2405 2C96 2C64",  # electronic key
-        "3404 0000 0000 0000 0000 2004 2405 2C96 2C64",  # key of any device
+        "3404 0000 0000 0000 0000 2004 2405 2C96 2C64",  # an electronic key that fits any device
         "3404 7C02 2B00 0500 0101 430A 2004 2405 2C96 2C64",  # inhibit time 10 ms
         "5002 10270000 2004 2405 2C96 2C64",  # inhibit time 10000 us
     ],
@@ -131,7 +131,10 @@ def test_the_priority_of_the_packets_chooses_their_code_point(
 
 
 def test_the_same_connection_twice_is_a_duplicate(bench: Any) -> None:
-    """Extended status 0x100; a null Forward Open that matches is not supported either (0x132)."""
+    """The answer has extended status 0x100.
+
+    A matching null Forward Open is not supported (0x132).
+    """
     assert bench.ask(forward_open()) == opened()
     assert bench.ask(forward_open()) == refused("0001")
     assert bench.ask(forward_open(o_to_t="3608", t_to_o="3208")) == refused("3201")
@@ -162,7 +165,7 @@ def test_a_connection_is_named_by_all_of_its_triad(bench: Any, triad: str) -> No
 
 
 def test_a_connection_id_comes_again_only_after_its_connection_has_gone(make_bench: Any) -> None:
-    """Eight ids come round and round; 0 is among them, which is not given out."""
+    """The test repeats the same eight connection ids. Id 0 is among them, but is never used."""
     bench = make_bench(draw_id=itertools.cycle(range(8)).__next__)
     class_3 = {"transport": "A3", "path": "2002 2401", "o_to_t": "F843", "t_to_o": "F843"}
     group = {**INPUT_ONLY, "t_to_o": MULTICAST}
@@ -183,7 +186,7 @@ def test_a_connection_id_comes_again_only_after_its_connection_has_gone(make_ben
 
 @pytest.mark.parametrize("peer", ["192.168.0.10", "192.168.0.11"])
 def test_a_second_owner_is_a_conflict(bench: Any, peer: str) -> None:
-    """Extended status 0x106, also for another connection of the same originator."""
+    """The answer has extended status 0x106, also for another connection of the same originator."""
     assert bench.ask(forward_open()) == opened()
     assert bench.ask(forward_open(triad=OTHER), origin(peer)) == refused("0601", triad=OTHER)
 
@@ -214,7 +217,7 @@ def test_owner_input_only_and_listen_only_live_beside_each_other(bench: Any) -> 
 
 
 def test_listeners_end_with_the_last_connection_that_is_more(bench: Any) -> None:
-    """They need not be removed one by one, because the cyclic process ends them as well."""
+    """The cyclic process ends listeners, so the Connection Manager does not remove each of them."""
     assert bench.ask(forward_open()) == opened()
     assert bench.ask(forward_open(**LISTEN_ONLY, triad=OTHER))[2] == 0
     assert bench.ask(forward_close()) == bytes.fromhex(f"CE00 0000 {TRIAD} 00 00")
@@ -235,7 +238,10 @@ def test_listeners_stay_while_an_input_only_connection_does(bench: Any) -> None:
 
 @pytest.mark.parametrize("fields", [INPUT_ONLY, LISTEN_ONLY])
 def test_the_number_of_connections_is_limited(bench: Any, fields: dict[str, str]) -> None:
-    """Seven of a kind, then extended status 0x113; an eighth of others, and the owner, get in."""
+    """The eighth connection of a kind gets extended status 0x113.
+
+    Other kinds, and the owner, can still be opened.
+    """
     assert bench.ask(forward_open(**INPUT_ONLY, triad="0000 4D00 EFBEADDE"))[2] == 0
     triads = [f"{serial:02X}00 4D00 EFBEADDE" for serial in range(0x10, 0x20)]
     replies = [bench.ask(forward_open(**fields, triad=triad)) for triad in triads]
@@ -265,9 +271,10 @@ def test_a_cyclic_part_that_has_ended_opens_nothing(bench: Any) -> None:
 
 
 def test_multicast_connections_share_one_production(bench: Any) -> None:
-    """The reply has the target's id, the group of 192.168.0.2 (host 2), port 2222, equal intervals.
+    """The reply has the target's id, the group, the port and equal intervals.
 
-    Another interval is refused with the one required (0x112, meaning 4).
+    The group is that of 192.168.0.2 (host 2), and the port is 2222. A request with another interval
+    is refused with the right interval (0x112, meaning 4).
     """
     sender = origin()
     assert bench.ask(forward_open(t_to_o=MULTICAST), sender) == opened("02000100", "01000100")
@@ -300,13 +307,13 @@ def test_the_originator_may_choose_its_udp_port(bench: Any) -> None:
 @pytest.mark.parametrize(
     "item",
     [
-        "0002 1234 C0A8000B 0000000000000000",  # packets for somebody else
+        "0002 1234 C0A8000B 0000000000000000",  # The packets would go to another machine.
         "000A 1234 00000000 0000000000000000",  # not IPv4
         "0002 1234 00000000",  # too short
     ],
 )
 def test_packets_are_sent_to_no_third_address(bench: Any, item: str) -> None:
-    """Extended status 0x205."""
+    """The answer has extended status 0x205."""
     assert bench.ask(forward_open(), origin(x8001=item)) == refused("0502")
     assert bench.cyclic.added == []
 
@@ -350,7 +357,7 @@ def test_a_connection_is_closed_by_its_triad_whatever_the_path(bench: Any, path:
 def test_a_refused_forward_close_leaves_the_connection(
     bench: Any, request_: str, peer: str, reply: bytes
 ) -> None:
-    """0x107 for another triad; 0x0F from another machine."""
+    """Another triad gets 0x107, another machine gets 0x0F."""
     bench.ask(forward_open())
     assert bench.ask(request_, origin(peer)) == reply
     assert bench.device.connections.is_owned
@@ -360,7 +367,7 @@ def test_a_refused_forward_close_leaves_the_connection(
 def test_connection_ids_are_drawn_by_the_systems_source_of_secrets(
     make_bench: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """An originator cannot derive the owner's id from the id of its own connection."""
+    """An originator cannot calculate the owner's id from the id of its own connection."""
     drawn = iter([0x8C3F01A7, 0x0152E9D4])
     monkeypatch.setattr("secrets.randbits", lambda bits: next(drawn) if bits == 32 else 0)
     bench = make_bench(draw_id=random_id)

@@ -1,6 +1,6 @@
-"""Class 1 connections of one device: literal packets and injected times, no sockets.
+"""Class 1 connections of a device, with literal packets, virtual time and no sockets.
 
-Times are microseconds. The connections and their packets are in `exchange_bench`.
+Times are in microseconds. The connections and their packets are in `exchange_bench`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from rcx_harness.enip.cyclic.connections import ConnectionParameters, EndReason,
 from rcx_harness.enip.cyclic.journal import ConnectionEvent
 from rcx_harness.enip.cyclic.shared import Drop, SharedImages
 
-# The robot's packets
+# Packets of the robot
 
 
 def test_a_packet_goes_out_every_interval(owned: Device) -> None:
@@ -70,7 +70,7 @@ def test_packets_go_to_the_port_and_with_the_code_point_agreed(device: Device) -
     assert device.sent[0][1:] == ((MASTER, 40_000), 47)
 
 
-# The master's packets
+# Packets of the master
 
 
 def test_data_of_the_running_master_goes_into_assembly_150(owned: Device) -> None:
@@ -86,7 +86,7 @@ def test_data_of_the_running_master_goes_into_assembly_150(owned: Device) -> Non
 def test_data_is_there_when_the_state_run_is_published(
     owned: Device, monkeypatch: pytest.MonkeyPatch, before: list[int]
 ) -> None:
-    """At the moment when RUN is published, at first and after idle, the data are already there."""
+    """The data are written before RUN is published, at the start and after idle."""
     seen: list[tuple[OwnerState, bytes]] = []
     set_owner = SharedImages.set_owner
 
@@ -114,7 +114,7 @@ def test_an_arrival_is_published_after_its_data(
 
 
 def test_the_program_stops_and_starts_again(owned: Device) -> None:
-    """Data of an idle master is not taken; the generation counts changes, not packets."""
+    """Data of an idle master are not used. The generation counts changes, not packets."""
     states = []
     for number, run in enumerate((0, 1, 0, 0, 1), 1):
         owned.exchange.receive(packet(number, number, run=run), MASTER, 0)
@@ -143,7 +143,7 @@ def test_without_run_idle_header_the_master_runs(device: Device) -> None:
             bytes.fromhex(f"0200 0280 0800 11111111 08000000 B100 3500 0200 01000000 {DATA[:-2]}"),
             Drop.LENGTH,
         ),
-        (packet(7, 2), Drop.OLD),  # the number before once more
+        (packet(7, 2), Drop.OLD),  # a repeated number
         (packet(6, 2), Drop.OLD),
         (packet(0x80000007, 2), Drop.OLD),
         (packet(0x70000000, 2), Drop.JUMP),
@@ -162,9 +162,9 @@ def test_a_dropped_packet_is_counted_with_its_reason(
 
 
 def test_a_forged_packet_with_a_far_number_takes_nothing_from_the_owner(owned: Device) -> None:
-    """An attacker sends hundreds of packets with the owner's address and id.
+    """An attacker sends hundreds of packets with the address and connection id of the owner.
 
-    The owner continues.
+    The owner's connection continues.
     """
     owned.exchange.receive(packet(1, 1), MASTER, 0)
     for number in range(2, 50):
@@ -177,7 +177,10 @@ def test_a_forged_packet_with_a_far_number_takes_nothing_from_the_owner(owned: D
 
 
 def test_a_wrong_length_is_stored_beside_the_right_one(owned: Device) -> None:
-    """48 bytes without the header of 4: 50 with the count of 2, where 54 are agreed."""
+    """Without the header of 4 bytes, 48 bytes are 50 with the count of 2, where 54 are agreed.
+
+    Wrong and right length are both stored.
+    """
     wrong = bytes.fromhex(f"0200 0280 0800 11111111 08000000 B100 3200 0200 {DATA}")
     owned.exchange.receive(wrong, MASTER, 0)
     status = owned.images.status()
@@ -257,7 +260,7 @@ def test_the_time_out_counts_the_masters_interval_not_ours(device: Device) -> No
 
 
 def test_the_first_packet_brings_the_end_nearer(device: Device) -> None:
-    """The time-out changes from 10 s to 16 intervals of 2 ms.
+    """The first packet changes the time-out from 10 s to 16 intervals of 2 ms.
 
     The robot's next packet is much later.
     """
@@ -270,7 +273,10 @@ def test_the_first_packet_brings_the_end_nearer(device: Device) -> None:
 
 
 def test_a_second_connection_is_due_at_its_own_time(device: Device) -> None:
-    """This also holds if it opens while nothing is due for long, and if the first one closes."""
+    """A second connection sends in time even if it opens while nothing is due for long.
+
+    The first connection may also close.
+    """
     device.exchange.add(replace(OWNER, t_to_o_api_us=3_200_000), 0)
     assert device.poll(10_000) == 3_210_000
     device.exchange.add(replace(INPUT_ONLY, t_to_o_api_us=5_000), 20_000)
@@ -323,7 +329,7 @@ def test_an_adapter_that_goes_off_has_forgotten_all_connections(owned: Device) -
     assert owned.poll(0) is None
 
 
-# The journal of what happens
+# The journal of events
 
 
 def told(device: Device) -> list[tuple[int, str, str, str, int]]:

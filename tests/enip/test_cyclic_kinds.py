@@ -1,7 +1,6 @@
-"""Several class 1 connections beside each other: input only, listen only, multicast.
+"""Several class 1 connections at once: input only, listen only, multicast.
 
-Times are microseconds; which connections there are and what their packets look like, see
-`exchange_bench`.
+Times are in microseconds. The connections and their packets are in `exchange_bench`.
 """
 
 from __future__ import annotations
@@ -154,7 +153,7 @@ def test_point_to_point_beside_multicast_is_sent_for_itself(device: Device) -> N
         ("192.168.0.9", "255.255.255.0", "239.192.2.0"),
         ("192.168.0.254", "255.255.255.0", "239.192.32.160"),
         ("10.0.4.0", "255.0.0.0", "239.192.128.224"),
-        ("10.0.4.1", "255.0.0.0", "239.192.1.0"),  # one of 1024 host numbers
+        ("10.0.4.1", "255.0.0.0", "239.192.1.0"),  # the last of 1024 host numbers
         ("127.0.0.1", "255.0.0.0", "239.192.1.0"),
     ],
 )

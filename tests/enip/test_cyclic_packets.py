@@ -1,8 +1,8 @@
-"""The packets of class 1, byte by byte, and which of them are accepted.
+"""Class 1 packets are sent and accepted byte by byte as specified.
 
 Layout: number of items; sequenced address (0x8002, 8 bytes): connection id and sequence number of
-32 bits; connected data (0x00B1): sequence count of 16 bits, run/idle header if there is one, data.
-Everything is little endian.
+32 bits; connected data (0x00B1): sequence count of 16 bits, run/idle header if any, data. All
+numbers are little endian.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def test_packets_are_due_at_multiples_of_the_interval_however_late_each_is() -> 
 
 @pytest.mark.parametrize(("now_us", "lost", "due_us"), [(2_000, 1, 4_000), (7_900, 3, 8_000)])
 def test_after_a_stall_nothing_is_made_up_for(now_us: int, lost: int, due_us: int) -> None:
-    """Packets whose time has passed are dropped; the next packet is sent at its own time."""
+    """Packets that are overdue are dropped. The next packet is sent at its own time."""
     out = producer(api_us=2_000)
     assert out.advance(now_us) == lost
     assert out.due_us == due_us
@@ -96,7 +96,7 @@ def test_a_datagram_is_taken_apart() -> None:
     "datagram",
     [
         "",
-        "0200 0280 0800 44332211 05000000 B100 06",  # ends within its header
+        "0200 0280 0800 44332211 05000000 B100 06",  # The packet ends within its header.
         "0100 0280 0800 44332211 05000000 B100 0600 0100 A1A2A3A4",  # one item
         "0300 0280 0800 44332211 05000000 B100 0600 0100 A1A2A3A4",  # three items
         "0200 A100 0800 44332211 05000000 B100 0600 0100 A1A2A3A4",  # connected address
@@ -119,9 +119,9 @@ def test_a_length_that_is_not_the_datagrams_leaves_no_content(tail: str) -> None
     [("01000000", True), ("00000000", False), ("FEFFFFFF", False), ("FFFFFFFF", True)],
 )
 def test_data_is_taken_of_a_running_master_alone(header: str, run: bool) -> None:
-    """Only the lowest bit of the header counts.
+    """Only the lowest bit of the header has an effect.
 
-    The others are reserved, or for redundant owners.
+    The other bits are reserved or concern redundant owners.
     """
     taken = consumer().take(7, hexa(f"0100 {header} A1A2A3A4"), 0)
     assert taken == Arrival(hexa("A1A2A3A4") if run else None, run, 0)
@@ -150,7 +150,7 @@ def test_the_first_data_after_idle_is_new_whatever_its_count() -> None:
         (7, 0xFFFFFFF0),
         (0, 0xFFFFFFFF),
         (5, 0x80000005),
-        (0x10, 0xFFFFFC10),  # 1,024 before it, across the end
+        (0x10, 0xFFFFFC10),  # 1,024 before the number, across the wrap-around
     ],
 )
 def test_an_old_sequence_number_is_dropped_and_time_runs_on(last: int, number: int) -> None:
@@ -165,17 +165,18 @@ def test_an_old_sequence_number_is_dropped_and_time_runs_on(last: int, number: i
     [
         (7, 7 + 1025),
         (7, 0x70000000),
-        (5, 0x80000004),  # the furthest that is not an old one
-        (0xFFFFFFFF, 1024),  # across the end
+        (5, 0x80000004),  # the largest jump that does not count as an old number
+        (0xFFFFFFFF, 1024),  # across the wrap-around
         (0xFFFFFE00, 0x201),
     ],
 )
 def test_a_jump_of_the_sequence_number_is_dropped_and_the_owner_goes_on(
     last: int, number: int
 ) -> None:
-    """Data and number of the packet are ignored: the next packet of the owner is accepted.
+    """The packet's data and number are ignored, so the owner's next packet is accepted.
 
-    1,024 is twice the longest time-out in packets, 512 intervals (CIP volume 1, chapter 3, 5.5.1).
+    The limit of 1,024 is twice the longest time-out in packets, 512 intervals (CIP volume 1,
+    chapter 3, 5.5.1).
     """
     into = consumer()
     into.take(last, hexa("0100 01000000 A1A2A3A4"), 1_000)
@@ -197,7 +198,7 @@ def test_packets_that_overtake_each_other_are_taken_once_and_the_late_one_is_dro
 
 
 def test_a_burst_of_losses_shorter_than_the_longest_time_out_goes_on() -> None:
-    """511 packets are lost on a connection whose multiplier allows 512 intervals."""
+    """The multiplier allows 512 intervals, and 511 packets are lost."""
     into = consumer(timeout_us=5_120_000)
     into.take(100, hexa("0100 01000000 A1A2A3A4"), 0)
     taken = into.take(612, hexa("0002 01000000 B1B2B3B4"), 5_119_000)
@@ -206,13 +207,13 @@ def test_a_burst_of_losses_shorter_than_the_longest_time_out_goes_on() -> None:
 
 @pytest.mark.parametrize("first", [0, 1, 0x70000000, 0xFFFFFFFF])
 def test_a_connection_begins_with_any_sequence_number(first: int) -> None:
-    """A scanner that restarts begins its new connection with 0, or continues the old numbers."""
+    """After a restart, a scanner begins its new connection with 0, or continues the old numbers."""
     taken = consumer().take(first, hexa("0000 01000000 A1A2A3A4"), 0)
     assert taken == Arrival(hexa("A1A2A3A4"), True, 0)
 
 
 def test_the_short_count_may_wrap_and_jump_as_it_likes() -> None:
-    """The 16 bit count has one meaning only: a repeated count means that the data are not new."""
+    """A repeated 16 bit count means that the data are not new. Other changes have no meaning."""
     into = consumer()
     into.take(1, hexa("FFFF 01000000 A1A2A3A4"), 0)
     for number, count in enumerate(("0000", "0500", "0200"), 2):

@@ -1,8 +1,7 @@
-"""The process of the cyclic part with real sockets: packets and their numbers, never their times.
+"""The process of the cyclic part with real sockets: packets and their numbers, but not times.
 
-The tests play the master with a UDP socket. Where something must have happened "in the end", they
-go by the robot's packets, which come every 4 ms, and give up after a number of them that no
-machine needs.
+The tests play the master with a UDP socket. If a test waits for an effect, it counts the robot's
+packets, which come every 4 ms, and fails after a number of packets that no machine needs.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ from rcx_harness.enip.errors import EnipError
 
 ROBOT, MASTER, STRANGER = "127.5.0.1", "127.5.0.2", "127.5.0.3"
 GENEROUS_S = 60.0
-_IP_RECVTTL = 12  # Linux; Python has no name for it
+_IP_RECVTTL = 12  # the value on Linux, for which Python has no name
 
 OWNER = replace(
     exchange_bench.OWNER,
@@ -47,7 +46,7 @@ OWNER = replace(
 
 
 def packet(number: int, identifier: str = "11111111") -> bytes:
-    """Return a packet of the running master; its short count is the same as its number."""
+    """Return a packet of the running master, in which both sequence numbers are the same."""
     return exchange_bench.packet(number, number, identifier)
 
 
@@ -72,7 +71,7 @@ class Target:
         self.port = self.socket.getsockname()[1]
 
     def open(self, parameters: ConnectionParameters = OWNER) -> None:
-        """Open a connection whose packets come to the master's socket."""
+        """Open a connection that sends its packets to the master's socket."""
         self.control.add(replace(parameters, destination_port=self.port))
 
     def send(self, datagram: bytes) -> None:
@@ -86,7 +85,7 @@ class Target:
         return datagram
 
     def receive_until(self, condition: Callable[[], bool]) -> None:
-        """Take the robot's packets until something is so."""
+        """Receive the robot's packets until the condition holds."""
         for _ in range(10_000):
             if condition():
                 return
@@ -117,7 +116,7 @@ def test_packets_come_in_sequence_with_the_robots_outputs(target: Target) -> Non
 
 
 def test_a_packet_right_behind_the_order_to_open_is_taken(target: Target) -> None:
-    """The process may still handle other packets, and not have looked for orders."""
+    """The process may be handling other packets before it reads its orders."""
     target.open(replace(OWNER, number=1_000))
     with udp(STRANGER) as stranger:
         for number in range(1, 101):
@@ -130,7 +129,7 @@ def test_a_packet_right_behind_the_order_to_open_is_taken(target: Target) -> Non
 
 
 def test_packets_from_another_port_of_the_master_arrive_in_assembly_150(target: Target) -> None:
-    """The source port is not looked at."""
+    """The source port is not checked."""
     target.open()
     with udp(MASTER) as other:
         other.sendto(packet(1), (ROBOT, target.control.port))
@@ -173,7 +172,7 @@ def test_a_closed_connection_is_not_served_any_more(target: Target) -> None:
     target.open(replace(OWNER, number=2, t_to_o_id=0x33333333, kind=ConnectionKind.INPUT_ONLY))
     target.control.remove(1)
     target.receive_until(lambda: target.images.owner is OwnerState.CLOSED)
-    # Packets that arrived earlier are read before the next twenty.
+    # Earlier packets are read before the next twenty.
     identifiers: list[str] = []
     while identifiers.count("33333333") < 20:
         identifiers.append(target.receive()[6:10].hex())
@@ -186,7 +185,7 @@ def test_a_cut_cable_lets_nothing_through_and_ends_in_a_time_out(target: Target)
     target.send(packet(1))
     target.receive_until(lambda: target.images.status().received == 1)
     target.images.link = LinkState.CUT
-    # The master continues to send; it times out only because nothing arrives.
+    # The master continues to send, but its packets do not arrive, so the connection times out.
     for number in range(2, 20_000):
         target.send(packet(number))
         with suppress(queue.Empty):
@@ -200,7 +199,7 @@ def test_a_cut_cable_lets_nothing_through_and_ends_in_a_time_out(target: Target)
         while True:
             last = target.socket.recv(2048)
     produced = target.images.status().sent
-    assert int.from_bytes(last[10:14], "little") < produced, "packets went through the cut"
+    assert int.from_bytes(last[10:14], "little") < produced, "packets arrived through the cut"
 
 
 def test_an_adapter_switched_off_has_lost_its_connections(target: Target) -> None:
@@ -215,7 +214,7 @@ def test_an_adapter_switched_off_has_lost_its_connections(target: Target) -> Non
 
 
 def test_multicast_packets_reach_the_group_and_leave_no_network(target: Target) -> None:
-    """Their time to live is 1; the socket's option is the kernel's own witness of it."""
+    """The time to live of the packets is 1. The test reads the socket's option from the kernel."""
     group = "239.192.5.32"
     listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -235,7 +234,7 @@ def test_multicast_packets_reach_the_group_and_leave_no_network(target: Target) 
 
 
 def test_packets_carry_the_code_point_that_was_agreed(target: Target) -> None:
-    """Differentiated services code point 47 in the upper six bits: 0xBC."""
+    """Differentiated services code point 47 is in the upper six bits: 0xBC."""
     target.socket.setsockopt(socket.IPPROTO_IP, socket.IP_RECVTOS, 1)
     target.open(replace(OWNER, dscp=47))
     _, ancillary, _, _ = target.socket.recvmsg(2048, 64)
@@ -243,7 +242,7 @@ def test_packets_carry_the_code_point_that_was_agreed(target: Target) -> None:
 
 
 def test_a_port_that_is_taken_is_refused_in_one_sentence() -> None:
-    """Two processes at one port would share its packets without any error."""
+    """The second process at a port is refused, because both would share its packets unnoticed."""
     with SharedImages.create(48) as images, udp(ROBOT) as first:
         port = first.getsockname()[1]
         first.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -252,7 +251,7 @@ def test_a_port_that_is_taken_is_refused_in_one_sentence() -> None:
         images.unlink()
     assert str(refused.value) == (
         f"cyclic I/O cannot use UDP port {port} of {ROBOT}: [Errno 98] Address already in use; "
-        "end what uses the port (a program that binds 0.0.0.0 takes it of every address), or "
+        "end the program that uses the port (a program on 0.0.0.0 uses it on every address), or "
         "choose another address or port"
     )
 
@@ -273,7 +272,7 @@ def test_orders_to_a_process_that_has_ended_are_an_error(target: Target) -> None
 
 
 def test_without_its_parent_the_process_leaves_no_owner_behind(target: Target) -> None:
-    """The end of its orders is all it sees of its parent's end."""
+    """The process detects the end of its parent only by the closed pipe of orders."""
     target.open()
     target.send(packet(1))
     target.receive_until(lambda: target.images.owner is OwnerState.RUN)
@@ -283,7 +282,7 @@ def test_without_its_parent_the_process_leaves_no_owner_behind(target: Target) -
 
 
 def test_the_process_ends_with_its_parent_however_that_ends() -> None:
-    """Both have the same standard error: it ends when the last of them has."""
+    """Parent and process share a standard error, which closes when both have ended."""
     parent = textwrap.dedent(
         f"""
         import sys

@@ -1,7 +1,6 @@
-"""The scanner's end of class 1 connections: literal packets and injected times, no sockets.
+"""The scanner's end of class 1 connections: literal packets, virtual time, no sockets.
 
-Times are microseconds; which connections there are and what their packets look like, see
-`exchange_bench`.
+Times are in microseconds. The connections and their packets are in `exchange_bench`.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ from rcx_harness.enip.cyclic.shared import SharedImages
 
 @pytest.fixture
 def scanner(images: SharedImages) -> Device:
-    """Return the originator of OWNER, opened at 0; the robot is its peer."""
+    """Return the originator of OWNER, opened at 0, with the robot as its peer."""
     device = Device(images, Role.ORIGINATOR)
     device.exchange.add(replace(OWNER, peer=ROBOT, destination=ROBOT), 0)
     return device
@@ -72,7 +71,7 @@ def test_a_scanner_that_is_connected_has_the_data_and_their_time(
 
 
 def test_a_scanner_watches_the_robots_interval_not_its_own(images: SharedImages) -> None:
-    """16 times 2 ms; it sends every 100 ms itself."""
+    """The time-out is 16 times 2 ms, although the scanner itself sends every 100 ms."""
     scanner = Device(images, Role.ORIGINATOR)
     one = replace(OWNER, o_to_t_api_us=100_000, t_to_o_api_us=2_000)
     scanner.exchange.add(replace(one, peer=ROBOT, destination=ROBOT), 0)

@@ -21,13 +21,13 @@ STATUS = "0E03 2001 2401 3005"
         (OwnerState.WAITING, "7100"),
         (OwnerState.IDLE, "7100"),
         (OwnerState.RUN, "6100"),
-        (OwnerState.TIMED_OUT, "7100"),  # of the owner before this one
+        (OwnerState.TIMED_OUT, "7100"),  # The packet belongs to the previous owner.
     ],
 )
 def test_the_status_word_says_owned_and_whether_the_master_runs(
     bench: Any, state: OwnerState, word: str
 ) -> None:
-    """Bit 0 owned; bits 4 to 7: 6 a connection runs, 7 all are idle."""
+    """Bit 0 is "owned". In bits 4 to 7, 6 means that a connection runs, and 7 that all are idle."""
     bench.ask(forward_open())
     bench.owner = state
     assert bench.ask(STATUS) == bytes.fromhex(f"8E00 0000 {word}")
@@ -59,7 +59,10 @@ def test_list_identity_shows_the_same_status(bench: Any, session: Session) -> No
 
 
 def test_outputs_that_are_owned_cannot_be_set_by_messages(bench: Any) -> None:
-    """0x0C; everybody may still read them, and set them when the owner has gone."""
+    """The answer is 0x0C.
+
+    Every client may read the outputs, and set them when the owner has gone.
+    """
     write = "1003 2004 2496 3003" + "55" * 48
     bench.ask(forward_open())
     assert bench.ask(write) == bytes.fromhex("9000 0C00")
@@ -77,7 +80,7 @@ def test_a_reset_closes_all_connections(bench: Any, registered: Session, request
     explicit = {"transport": "A3", "path": "2002 2401", "triad": "0300 4D00 EFBEADDE"}
     bench.ask(forward_open(**explicit))
     assert bench.ask(request_) == bytes.fromhex("8500 0000")
-    assert bench.cyclic.removed == [1], "the listener ends with it"
+    assert bench.cyclic.removed == [1], "the listener ends with the owner"
     assert bench.device.connections.cyclic_connections == ()
     assert bench.resets == 1
 
@@ -92,7 +95,7 @@ def test_another_reset_is_refused(bench: Any, request_: str, status: int) -> Non
 
 
 def test_a_device_that_is_owned_cannot_be_reset(bench: Any) -> None:
-    """0x10: a robot does not lose its master by a stray message."""
+    """The answer is 0x10, because a stray message must not take the robot's master away."""
     bench.ask(forward_open())
     assert bench.ask("0502 2001 2401") == bytes.fromhex("8500 1000")
     assert bench.resets == 0
@@ -106,21 +109,21 @@ ODD = "1003 2048 2401 3004 3F"  # nine bytes
 @pytest.mark.parametrize(
     ("data", "reply"),
     [
-        (f"0A0E 0800 {GET_SIZE} 00 00", "8E00 0000 3000"),  # no route: ourselves
-        (f"0A0E 0800 {GET_SIZE} 01 00 0100", "8E00 0000 3000"),  # the usual one
-        (f"0A0E 0900 {ODD} 00 00 00", "9000 0000"),  # a pad behind an odd length
+        (f"0A0E 0800 {GET_SIZE} 00 00", "8E00 0000 3000"),  # no route: this device itself
+        (f"0A0E 0800 {GET_SIZE} 01 00 0100", "8E00 0000 3000"),  # the usual route
+        (f"0A0E 0900 {ODD} 00 00 00", "9000 0000"),  # a pad byte after an odd length
         (f"0A0E 0900 {ODD} 00 01 00 0100", "9000 0000"),
-        ("0A0E 0800 0E03 2004 2465 3004 00 00", "8E00 0500"),  # the refusal is the message's
+        ("0A0E 0800 0E03 2004 2465 3004 00 00", "8E00 0500"),  # the message itself is refused
         (f"0A0E 0800 {GET_SIZE} 01 00 0101", "D200 0101 1203 0100"),  # another slot
         (f"0A0E 0800 {GET_SIZE} 01 00 0200", "D200 0101 1103 0100"),  # another port
         (f"0A0E 0800 {GET_SIZE} 02 00 0100 0101", "D200 0101 1203 0200"),  # further on
-        (f"0A0E 0800 {GET_SIZE} 01 00", "D200 1300"),  # no route where one is said
+        (f"0A0E 0800 {GET_SIZE} 01 00", "D200 1300"),  # no route although a length is given
         (f"0A0E 0800 {GET_SIZE}", "D200 1300"),
         (f"0A0E 0900 {GET_SIZE}", "D200 1300"),
         ("0A0E", "D200 1300"),
         (f"0A0E 0800 {GET_SIZE} 00 00 00", "D200 1500"),
         ("0A0E 0000 00 00", "D200 0101 0502"),  # no message
-        ("0A0E 0100 0E 00 00 00", "D200 0101 0502"),  # half a message
+        ("0A0E 0100 0E 00 00 00", "D200 0101 0502"),  # an incomplete message
     ],
 )
 def test_unconnected_send_to_ourselves(bench: Any, data: str, reply: str) -> None:
@@ -137,7 +140,7 @@ def test_unconnected_send_opens_and_closes_connections(bench: Any) -> None:
 
 
 def test_unconnected_send_is_not_nested(bench: Any) -> None:
-    """Extended status 0x205."""
+    """The answer has extended status 0x205."""
     inner = f"52 02 2006 2401 0A0E 0800 {GET_SIZE} 00 00"
     length = len(bytes.fromhex(inner))
     assert bench.ask(f"52 02 2006 2401 0A0E {length:02X}00 {inner} 00 00") == bytes.fromhex(

@@ -1,4 +1,4 @@
-"""`rcx eds`: a sheet that tools can read, and that says what the adapter is and takes."""
+"""`rcx eds` writes a sheet that tools can read and that describes the adapter."""
 
 from __future__ import annotations
 
@@ -54,11 +54,11 @@ def sheet() -> Sheet:
 @pytest.mark.parametrize("size", [48, 256])
 def test_a_reader_of_eds_files_finds_no_fault(size: int) -> None:
     """eds-pie knows the sections, entries and types of the format."""
-    from eds_pie.eds_pie import CIP_EDS  # sets up logging when it is imported
+    from eds_pie.eds_pie import CIP_EDS  # eds-pie sets up logging when it is imported
 
     with log_messages() as complaints:
         read_in = CIP_EDS(eds_text(size))
-    # Its tables have no entries for the section Port.
+    # The tables of eds-pie have no entries for the section Port.
     assert [
         one for one in complaints if "[Port]" not in one and "Unknown Entry [{" not in one
     ] == []
@@ -96,7 +96,7 @@ def test_the_device_is_the_adapters_identity() -> None:
 
 
 def test_packet_interval_and_both_sizes_are_parameters(sheet: Sheet) -> None:
-    """48 bytes, or 256 with the word extension; 2 ms to 3.2 s.
+    """The sizes are 48 bytes, or 256 with the word extension; the interval is 2 ms to 3.2 s.
 
     Source: manual chapter 1, 4.3 (Output Size, Input Size).
     """
@@ -119,7 +119,7 @@ def test_the_proposed_size_can_be_chosen() -> None:
 
 
 def test_three_connections_read_assembly_100_and_one_writes_150(sheet: Sheet) -> None:
-    """Exclusive Owner, Input Only, Listen Only; class 1, cyclic.
+    """The connections are Exclusive Owner, Input Only and Listen Only, all of class 1 and cyclic.
 
     Trigger and transport: bit 1 class 1, bit 16 cyclic, bits 24 to 26 listen, input, owner.
     Parameters: bits 0 and 2 fixed sizes, bits 8 to 10 O->T format (4: run/idle header, 3:
@@ -170,7 +170,7 @@ def test_it_follows_the_adapters_options() -> None:
 
 
 def test_it_says_that_it_is_of_the_virtual_controller() -> None:
-    """The sheet contains no text of the vendor."""
+    """The sheet names the virtual controller and contains no text of the vendor."""
     text = eds_text()
     comments = "\n".join(line for line in text.splitlines() if line.startswith("$"))
     assert "virtual controller (a simulation)" in comments
@@ -228,7 +228,7 @@ def test_an_existing_sheet_is_replaced_only_with_force(tmp_path: Path, capsys: C
         f"rcx: {file}: already exists; use --force to overwrite it\n"
     )
     assert file.read_text() == "mine"
-    assert main(["eds", str(file), "--force"]) == 2, "no sheet is replaced by one"
+    assert main(["eds", str(file), "--force"]) == 2, "the command does not replace a sheet"
     assert file.read_text() == "mine"
     sheet = tmp_path / "rcx3.eds"
     assert main(["eds", str(sheet)]) == 0

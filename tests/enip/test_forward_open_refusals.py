@@ -1,4 +1,4 @@
-"""Every refusal of a Forward Open: status, extended status, triad, remaining path size."""
+"""Every refusal of a Forward Open has its status, extended status, triad and path size."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ LISTEN_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C04 2C64"}
         ({"path": "3404 7C02 2C00 0500 0101 2004 2405 2C96 2C64"}, "1501"),
         ({"path": "3404 7C02 2B00 0500 0201 2004 2405 2C96 2C64"}, "1601"),
         ({"path": "3404 7C02 2B00 0500 0102 2004 2405 2C96 2C64"}, "1601"),
-        # 0x12F: paths that do not belong together
+        # 0x12F: path segments that do not belong together
         ({"path": "2004 2C96"}, "2F01"),
         ({"path": "2004 2405 2C96 2C64 2C64"}, "2F01"),
         ({"path": "2002 2401"}, "2F01"),
@@ -58,9 +58,9 @@ LISTEN_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C04 2C64"}
         ({"path": "2004 2405 2C65 2C64"}, "2A01"),
         ({"path": "2004 2405 2C96 2C65"}, "2B01"),
         ({"path": "2004 2405 2C96 2C96"}, "2B01"),
-        # 0x126: configuration data where there are none, at most 0 words
+        # 0x126: configuration data where none are allowed
         ({"path": "2004 2405 2C96 2C64 8001 1234"}, "2601 0000"),
-        # 0x127, 0x128 with the size that fits
+        # 0x127, 0x128 with the size that is required
         ({"o_to_t": "3548"}, "2701 3600"),
         ({"o_to_t": "3748"}, "2701 3600"),
         ({"o_to_t": "3248"}, "2701 3600"),  # without the run/idle header
@@ -69,7 +69,7 @@ LISTEN_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C04 2C64"}
         ({"t_to_o": "3648"}, "2801 3200"),  # with a run/idle header
         ({**INPUT_ONLY, "o_to_t": "3648"}, "2701 0200"),
         ({**INPUT_ONLY, "t_to_o": "3348"}, "2801 3200"),
-        # 0x112: meaning each way (2 least, 3 greatest), then the intervals that would do
+        # 0x112: the meaning for each direction (2 lowest, 3 highest), then the accepted intervals
         ({"o_to_t_rpi": "CF070000"}, "1201 0200 D0070000 10270000"),
         ({"t_to_o_rpi": "CF070000"}, "1201 0002 10270000 D0070000"),
         ({"o_to_t_rpi": "00000000"}, "1201 0200 D0070000 10270000"),
@@ -77,7 +77,7 @@ LISTEN_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C04 2C64"}
         ({"o_to_t_rpi": "FFFFFFFF", "t_to_o_rpi": "00000000"}, "1201 0302 00D43000 D0070000"),
         # 0x11B: production inhibit time above the interval
         ({"path": "430B 2004 2405 2C96 2C64"}, "1B01"),
-        # 0x119: nobody to listen with
+        # 0x119: no other connection to listen to
         (LISTEN_ONLY, "1901"),
     ],
 )
@@ -86,21 +86,21 @@ def test_a_refused_forward_open_says_why_and_opens_nothing(
 ) -> None:
     assert bench.ask(forward_open(**fields)) == refused(words)
     assert bench.cyclic.added == []
-    assert bench.ask(forward_open()) == opened(), "the next one is not hindered"
+    assert bench.ask(forward_open()) == opened(), "the next request is accepted"
 
 
 @pytest.mark.parametrize(
     ("path", "remaining"),
     [
-        ("0100 2004 2405 2C96 2C64", "05"),  # port segment first: all five words are left
+        ("0100 2004 2405 2C96 2C64", "05"),  # A port segment comes first, so all five words remain.
         ("2004 9104 41424344 2C96", "04"),  # symbol
         ("2004 2405 2C96 3003", "01"),  # attribute
         ("2004 2405 2C96 2D00", "01"),  # cut off
-        ("2004 2405 2C96 3404", "01"),  # key behind the class
-        ("3405 0000 0000 0000 0000 2004 2C96 2C64", "08"),  # key of another format
-        ("3404 7C02", "02"),  # key cut off
+        ("2004 2405 2C96 3404", "01"),  # An electronic key comes after the class.
+        ("3405 0000 0000 0000 0000 2004 2C96 2C64", "08"),  # an electronic key of another format
+        ("3404 7C02", "02"),  # an incomplete electronic key
         ("2405 2004 2C96 2C64", "04"),  # instance before its class
-        ("2004 2405 2C96 2C64 8002 1234", "02"),  # data cut off
+        ("2004 2405 2C96 2C64 8002 1234", "02"),  # incomplete data
         ("4100 2004 2405 2C96 2C64", "05"),  # schedule segment
         ("5001 1027 2004 2405 2C96 2C64", "06"),  # inhibit time of a wrong length
         ("4305", "00"),  # no class at all
@@ -110,7 +110,7 @@ def test_a_refused_forward_open_says_why_and_opens_nothing(
 def test_an_unknown_segment_is_reported_with_the_remaining_words(
     bench: Any, path: str, remaining: str
 ) -> None:
-    """Extended status 0x315."""
+    """The answer has extended status 0x315."""
     assert bench.ask(forward_open(path=path, words="00" if not path else "")) == refused(
         "1503", remaining=remaining
     )

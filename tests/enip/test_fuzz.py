@@ -1,4 +1,4 @@
-"""Malformed and hostile input: a seeded part of `make fuzz`, and a proof that it can fail."""
+"""Malformed and hostile input: a seeded part of `make fuzz`, and tests that it can fail."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ def target() -> Iterator[Bench]:
 def test_hostile_input_is_answered_or_cut_off_and_disturbs_no_other_peer(
     target: Bench, seed: int
 ) -> None:
-    """300 attacks; a reader, newcomers and the robot's master work on all the while."""
+    """During 300 attacks, a reader, new clients and the robot's master continue to work."""
     report = fuzz(target, seed, lambda number: number >= 300)
     assert report.attacks.total() == 300
     assert report.checks == 16
     assert len(report.attacks) == 10, f"not every kind of attack: {report.attacks}"
-    # The fuzzer reaches valid requests and refused ones.
+    # The fuzzer sends valid requests as well as requests that are refused.
     assert {0x00, 0x01, 0x03, 0x64, 0x65} <= report.statuses.keys()
     assert {0x00, 0x01, 0x04, 0x08, 0x0C, 0x0E} <= report.replies.keys()
 
@@ -72,7 +72,7 @@ def test_a_master_that_loses_its_connection_is_found(target: Bench) -> None:
 
 
 def test_the_frames_it_starts_from_are_right(target: Bench) -> None:
-    """Undamaged, the requests are understood: refused for what they ask, never for their form."""
+    """Undamaged requests are refused only for their contents, never for their form."""
     with socket.create_connection(target.adapter.address) as wire:
         wire.sendall(frame(0x65, b"\x01\x00\x00\x00"))
         session = HEADER.unpack(wire.recv(4096)[: HEADER.size])[2]

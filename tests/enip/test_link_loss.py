@@ -23,7 +23,7 @@ def master() -> Iterator[LiveMaster]:
 
 
 def fall_silent(master: LiveMaster) -> None:
-    """Stop sending. The connection times out after 128 RPIs: 1.28 s."""
+    """Stop sending. The connection times out after 128 RPIs, which are 1.28 s."""
     master.scanner.stop()
 
 
@@ -44,7 +44,7 @@ def leds(master: LiveMaster) -> tuple[Led, Led]:
 def test_a_lost_connection_turns_si00_and_si06_off_and_alarm_reset_and_servo_on_bring_it_back(
     master: LiveMaster, lose: Lose, state: OwnerState
 ) -> None:
-    """System connection error state (1): by silence, and by Forward Close.
+    """The system connection error state (1) follows silence and a Forward Close.
 
     Source: manual chapter 1, 5.2; chapter 1, 3 (LEDs).
     """
@@ -90,7 +90,7 @@ def reset_the_session(client: socket.socket) -> None:
 def test_the_end_of_the_tcp_session_leaves_the_cyclic_connection_alone(
     master: LiveMaster, end: Callable[[socket.socket], None]
 ) -> None:
-    """A class 1 connection is not bound to the session that it was opened through."""
+    """A class 1 connection does not depend on the session that opened it."""
     master.servo_on()
     before = master.adapter.shared.status()
     end(master.scanner.client.socket)
@@ -101,14 +101,14 @@ def test_the_end_of_the_tcp_session_leaves_the_cyclic_connection_alone(
     assert master.on("SO02")
     assert master.alarms == []
 
-    master.scanner.close_connection()  # through a new session
+    master.scanner.close_connection()  # over a new session
     master.until(lambda: not master.connected)
     assert master.adapter.shared.status().owner is OwnerState.CLOSED
 
 
 @pytest.mark.exhaustive
 def test_a_reader_comes_and_goes_without_the_controller_noticing(master: LiveMaster) -> None:
-    """Only the exclusive owner's connection counts."""
+    """Only the exclusive owner's connection has an effect."""
     master.servo_on()
     with master.connect(kind=ConnectionKind.INPUT_ONLY) as reader:
         reader.open()
@@ -122,7 +122,7 @@ def test_a_reader_comes_and_goes_without_the_controller_noticing(master: LiveMas
 
 
 def test_a_reader_alone_is_no_connection_to_the_controller(master: LiveMaster) -> None:
-    """Without a master, the connection error state (2) of power-on remains.
+    """Without a master, the connection error state (2) after power-on remains.
 
     Source: manual chapter 1, 5.3
     """

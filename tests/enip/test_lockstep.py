@@ -1,4 +1,4 @@
-"""EtherNet/IP in lock-step is the same network as none at all."""
+"""A run over EtherNet/IP in lock-step has the same images as a run without a network."""
 
 from __future__ import annotations
 
@@ -24,7 +24,10 @@ def lockstep(request: pytest.FixtureRequest) -> Iterator[LockstepLink]:
 
 
 def play(link: Link, calls: list[tuple[str, int]]) -> list[bytes]:
-    """Return every image read, after images of zeros; a call's number is written as an image."""
+    """Return every image read.
+
+    The first calls write zeros, later calls write the number of the call.
+    """
     seen = []
     for call, number in [("scanner_write", 0), ("robot_write", 0), *calls]:
         if call.endswith("write"):
@@ -69,7 +72,7 @@ def test_a_wrong_size_is_bad_input() -> None:
 
 @pytest.mark.parametrize("call", ["scanner_read", "scanner_write"])
 def test_an_adapter_that_has_died_is_named_not_the_address(call: str) -> None:
-    """Exit code 1: nobody's input is wrong."""
+    """The exit code is 1, because the user's input is not wrong."""
     link = LockstepLink()
     link.robot_write(bytes(48))
     os.kill(link.adapter.pid, signal.SIGKILL)

@@ -1,4 +1,4 @@
-"""Opening a connection: again after every loss, and what to do about a refusal."""
+"""A connection is opened again after every loss, and a refusal is reported with a remedy."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ BRIDGE = ("--size", "--rpi")
 
 
 class Bench:
-    """One scanner and its opener, with the number of openings."""
+    """A scanner and its opener, with the number of openings."""
 
     def __init__(self, first_s: float | None = None) -> None:
         self.scanner = FakeScanner()
@@ -61,7 +61,7 @@ def test_an_attempt_that_fails_says_why_and_the_next_one_forgets_it() -> None:
 def test_the_first_packet_is_waited_for_as_long_as_was_asked(
     first_s: float | None, openings: int
 ) -> None:
-    """If no time is given, the scanner waits for the connection's own time-out, and names it."""
+    """Without a given time, the scanner waits for the connection's time-out, and reports it."""
     bench = Bench(first_s)
     for _ in range(3):
         bench.opener.keep()
@@ -77,7 +77,7 @@ def test_with_packets_nothing_is_opened_anew_when_the_wait_is_over() -> None:
 
 
 def test_a_connection_unwanted_meanwhile_is_opened_anew() -> None:
-    """The adapter was off: its first packet would never come."""
+    """The adapter was off in the meantime, so the first packet would never come."""
     bench = Bench(1e9)
     for wanted in (True, False, True):
         bench.opener.wanted = wanted
@@ -112,9 +112,13 @@ def test_a_thread_that_ends_by_itself_is_reported() -> None:
 @pytest.mark.parametrize(
     ("extended", "options", "hint"),
     [
-        ((0x106,), BRIDGE, "another master has it: disconnect that first"),
-        ((0x106,), SCAN, "another master has it: disconnect that first, or leave --write out"),
-        ((0x107,), BRIDGE, "it has lost the connection, too"),
+        ((0x106,), BRIDGE, "another master owns the robot: disconnect that master first"),
+        (
+            (0x106,),
+            SCAN,
+            "another master owns the robot: disconnect that master first, or leave --write out",
+        ),
+        ((0x107,), BRIDGE, "the adapter has already closed the connection"),
         ((0x109,), BRIDGE, "its areas have another size: try --size 256"),
         ((0x127,), SCAN, "its areas have another size: try --size 256"),
         ((0x128,), SCAN, "its areas have another size: try --size 256"),
@@ -132,7 +136,10 @@ def test_a_thread_that_ends_by_itself_is_reported() -> None:
 def test_a_refusal_with_a_remedy_has_the_same_hint_everywhere(
     extended: tuple[int, ...], options: tuple[str, ...], hint: str
 ) -> None:
-    """Codes: CIP volume 1, chapter 3, 5.6; 0x112 gives the accepted interval of each direction."""
+    """The codes are those of CIP volume 1, chapter 3, 5.6.
+
+    0x112 gives the accepted interval of each direction.
+    """
     assert refusal_hint(CipError("x", 1, extended), 48, options) == hint
 
 
@@ -150,7 +157,7 @@ def test_another_size_than_the_controllers_is_in_the_devices_own_sheet() -> None
     ("timeout_us", "coded"), [(1, 0), (40_000, 0), (40_001, 1), (320_000, 3), (5_120_000, 7)]
 )
 def test_the_multiplier_gives_at_least_the_time_out(timeout_us: int, coded: int) -> None:
-    """4, 8, ... 512 intervals of 10 ms."""
+    """The multiplier gives 4, 8, ... 512 intervals of 10 ms."""
     assert multiplier_of(timeout_us, 10_000) == coded
 
 

@@ -1,4 +1,4 @@
-"""Forward Open and Forward Close as a scanner sends them, byte by byte.
+"""A scanner sends Forward Open and Forward Close byte by byte as specified.
 
 Source: CIP volume 1, chapter 3, 5.5.2 and 5.5.3.
 """
@@ -33,7 +33,7 @@ hexa = bytes.fromhex
 
 
 def test_configuration_data_follow_the_connection_points_in_a_data_segment() -> None:
-    """0x80, number of words, data.
+    """The segment has 0x80, the number of words, and the data.
 
     Source: CIP volume 1, appendix C, simple data segment
     """
@@ -97,18 +97,18 @@ def test_the_reply_has_ids_and_actual_intervals() -> None:
             "0000 0000 00000000",
             RPI,
             RPI,
-            "names another connection than the one that was asked for",
+            "names another connection than requested",
         ),
-        (TRIAD, "00000000", RPI, "sets a packet to it every 0 ms, where every 10 ms was asked for"),
+        (TRIAD, "00000000", RPI, "sets a packet to it every 0 ms instead of every 10 ms"),
         (
             TRIAD,
             RPI,
             "00000000",
-            "sets a packet from it every 0 ms, where every 10 ms was asked for",
+            "sets a packet from it every 0 ms instead of every 10 ms",
         ),
         (
             *(TRIAD, RPI, "FFFFFFFF"),
-            "sets a packet from it every 4294967.295 ms, where every 10 ms was asked for",
+            "sets a packet from it every 4294967.295 ms instead of every 10 ms",
         ),
     ],
 )
@@ -121,7 +121,10 @@ def test_an_implausible_reply_is_explained(
 
 
 def test_an_interval_near_the_one_that_was_asked_for_is_the_devices_choice() -> None:
-    """Twice as long, or as short as 0.5 ms; and as long as was requested, however long that is."""
+    """The device may choose up to twice the requested interval, and down to 0.5 ms.
+
+    It may also choose the requested interval itself, however long it is.
+    """
     for api_us in (500, 20_000, 10_000_000):
         assert REQUEST.problem(OpenReply(1, 2, api_us, api_us, REQUEST.triad)) == ""
     slow = replace(REQUEST, rpi_us=60_000_000)

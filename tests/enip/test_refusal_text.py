@@ -1,4 +1,4 @@
-"""A refused Forward Open in words: who, what, which code, why, and what to set where."""
+"""The message for a refused Forward Open has the refusal, its code, the cause and the remedy."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ASSEMBLIES = (
 
 
 def sized(to_robot: int, from_robot: int, every: str = "10 ms", what: str = OWNER) -> str:
-    """Return the beginning of the message about these sizes."""
+    """Return the beginning of the message for these sizes."""
     sizes = f"{to_robot} bytes to the controller, {from_robot} from it"
     return f"{what}({sizes}, every {every}): refused with "
 
@@ -31,7 +31,7 @@ OTHER = "0200 4D00 EFBEADDE"
 
 
 def said(make_bench: Any, *requests: str, **settings: Any) -> list[str]:
-    """Return the messages that these requests cause, in order."""
+    """Return the messages for these requests, in order."""
     texts: list[str] = []
     bench = make_bench(on_refused=texts.append, **settings)
     for request in requests:
@@ -42,7 +42,7 @@ def said(make_bench: Any, *requests: str, **settings: Any) -> list[str]:
 @pytest.mark.parametrize(
     ("fields", "text"),
     [
-        # 256 bytes: 262 (0x106) with header and count, and 258 (0x102)
+        # 256 bytes are 262 (0x106) with header and count, and 258 (0x102) with the count.
         (
             {"o_to_t": "0649", "t_to_o": "0249"},
             f"{sized(262, 258)}{SIZE_TO}this controller has 48 bytes, 54 with the 32-bit run/idle "
@@ -86,9 +86,9 @@ def said(make_bench: Any, *requests: str, **settings: Any) -> list[str]:
         ),
         (
             {"path": "3404 7D02 2B00 0500 0101 2004 2405 2C96 2C64"},
-            f"{USUAL}0x0114, vendor or product code do not match the device; switch off the check "
-            "of the electronic key in the PLC, or use its identity: vendor 636, device type 43, "
-            "product code 5 (--product-code), revision 1.1 (--revision)",
+            f"{USUAL}0x0114, vendor or product code does not match the device; switch off the "
+            "check of the electronic key in the PLC, or use its identity: vendor 636, "
+            "device type 43, product code 5 (--product-code), revision 1.1 (--revision)",
         ),
         (
             {"path": "2004 2407 2C96 2C64"},
@@ -134,7 +134,7 @@ def test_the_second_master_learns_who_the_first_is(make_bench: Any) -> None:
     texts = said(make_bench, forward_open(), forward_open(triad=OTHER))
     assert texts == [
         f"{USUAL}0x0106, another master owns the outputs; 192.168.0.10 is its master: disconnect "
-        "that one or wait for its time-out, or only read, by connection point 3 (input only)"
+        "it or wait for its time-out, or only read, by connection point 3 (input only)"
     ]
 
 

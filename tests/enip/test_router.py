@@ -16,7 +16,9 @@ ATTRIBUTES_1_TO_7 = f"7C02 2B00 0500 0101 3000 01000000 17{NAME}"
 
 
 def test_identity_gives_all_its_attributes(bench: Any) -> None:
-    """Vendor 636, device type 43, product code 5, revision 1.1, status, serial number, name.
+    """The reply has vendor 636, device type 43, product code 5 and revision 1.1.
+
+    Status, serial number and name follow.
 
     Source: manual chapter 5, 4 (device type)
     """
@@ -35,7 +37,10 @@ def test_identity_gives_each_attribute(bench: Any, attribute: str, value: str) -
 
 
 def test_a_list_of_attributes_is_answered_with_a_status_for_each(bench: Any) -> None:
-    """Number of attributes, then for each its number, status and value; the list has a failure."""
+    """The reply has the number of attributes, then the number, status and value of each.
+
+    One attribute of the list fails.
+    """
     assert bench.ask("0302 2001 2401 0300 0100 6300 0800") == bytes.fromhex(
         "8300 0A00 0300 0100 0000 7C02 6300 1400 0800 0000 03"
     )
@@ -46,7 +51,7 @@ def test_a_list_of_attributes_is_answered_with_a_status_for_each(bench: Any) -> 
     "request_", ["0302 2001 2401", "0302 2001 2401 01", "0302 2001 2401 0200 0100"]
 )
 def test_a_list_that_is_shorter_than_it_says_is_refused(bench: Any, request_: str) -> None:
-    """Status 0x13, not enough data."""
+    """The answer has status 0x13, not enough data."""
     assert bench.ask(request_) == bytes.fromhex("8300 1300")
 
 
@@ -55,7 +60,7 @@ def test_a_list_that_is_shorter_than_it_says_is_refused(bench: Any, request_: st
     "request_", ["0E03 2004 2464 3004", "0102 2001 2401", "0302 2001 2401 0100 0100"]
 )
 def test_bytes_behind_a_read_request_are_ignored(bench: Any, request_: str, behind: str) -> None:
-    """Some clients append their route, an empty one (00 00) or that of a slot.
+    """Some clients append their route to the request: an empty route (00 00) or that of a slot.
 
     Source: OpENer (the open reference adapter), GetAttributeSingle and its siblings
     """
@@ -65,7 +70,7 @@ def test_bytes_behind_a_read_request_are_ignored(bench: Any, request_: str, behi
 
 @pytest.mark.parametrize("route", ["0000", "0100 0100"])
 def test_a_write_with_something_behind_its_data_is_refused(bench: Any, route: str) -> None:
-    """Status 0x15, as the reference adapter has it: nobody knows what belongs to the data."""
+    """The answer has status 0x15, as in the reference adapter, since the data's end is unclear."""
     asked = "1003 2004 2496 3003" + "11" * 48 + route
     assert bench.ask(asked) == bytes.fromhex("9000 1500")
     assert bench.to_robot == bytes(48)
@@ -98,8 +103,8 @@ def test_the_robot_finds_what_the_master_has_written(bench: Any) -> None:
         "04 2100 0400 2464 3004",  # class, 16 bit
         "04 2004 2500 6400 3004",  # instance, 16 bit
         "04 2004 2464 3100 0400",  # attribute, 16 bit
-        "03 2004 2C64 3004",  # a connection point is an instance
-        "08 3404 0000 0000 0000 0000 2004 2464 3004",  # a key that takes any device
+        "03 2004 2C64 3004",  # A connection point counts as an instance.
+        "08 3404 0000 0000 0000 0000 2004 2464 3004",  # an electronic key that fits any device
     ],
 )
 def test_a_path_may_be_written_in_other_ways(bench: Any, path: str) -> None:
@@ -176,5 +181,5 @@ def test_a_refused_request_gets_its_status_and_changes_nothing(
 
 
 def test_a_path_without_an_instance_is_the_class(bench: Any) -> None:
-    """Revision of the Assembly class."""
+    """The reply has the revision of the Assembly class."""
     assert bench.ask("0E02 2004 3001") == bytes.fromhex("8E00 0000 0200")

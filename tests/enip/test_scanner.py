@@ -1,7 +1,7 @@
 """A scanner and an adapter on the loopback interface: class 1 connections from end to end.
 
-Nothing is timed. What happens "in the end" is waited for by explicit requests to the adapter, a
-number of them that no machine needs. Time-outs are of 512 intervals where none is to happen.
+No test measures time. To wait for an effect, a test sends explicit requests to the adapter, up to a
+number that no machine needs. If no time-out should happen, it is 512 intervals long.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def shared_adapter() -> Iterator[Adapter]:
 
 @pytest.fixture
 def adapter(shared_adapter: Adapter) -> Adapter:
-    """Return the shared adapter, once the connections of the test before are closed."""
+    """Return the shared adapter, after the connections of the previous test are closed."""
     eventually(shared_adapter, lambda: shared_adapter.shared.status().connections == 0)
     shared_adapter.write_to_master(TO_MASTER)
     return shared_adapter
@@ -68,7 +68,7 @@ def scan(
 
 
 def eventually(adapter: Adapter, condition: Callable[[], bool]) -> None:
-    """Wait, by requests to the adapter, until a condition holds."""
+    """Send requests to the adapter until a condition holds."""
     with Client(*adapter.address, timeout_s=60.0) as client:
         for _ in range(100_000):
             if condition():
@@ -90,7 +90,7 @@ def test_both_areas_are_exchanged(adapter: Adapter) -> None:
 def test_the_scanner_has_a_serial_number_of_its_own_and_each_opening_another_one(
     adapter: Adapter, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The triad names a connection everywhere.
+    """The triad identifies a connection worldwide.
 
     Source: CIP volume 1, chapter 3, 5.5.1.5 to 5.5.1.7
     """
@@ -177,6 +177,7 @@ def test_the_agreed_parameters_can_be_read(adapter: Adapter) -> None:
         assert scanner.connection is None
 
 
+@pytest.mark.exhaustive
 def test_no_packet_is_missing(adapter: Adapter) -> None:
     with scan(adapter) as scanner:
         before = adapter.shared.status()
@@ -248,7 +249,7 @@ def test_areas_of_another_size_are_refused(adapter: Adapter) -> None:
 def test_the_end_of_the_session_leaves_the_connection_alone_and_forward_close_ends_it(
     adapter: Adapter,
 ) -> None:
-    """Forward Close goes through a new session; to close the scanner twice does no harm."""
+    """Forward Close uses a new session. Closing the scanner twice is allowed."""
     with scan(adapter) as scanner:
         scanner.open()
         eventually(adapter, lambda: scanner.read().connected)
@@ -305,12 +306,15 @@ def test_a_scanner_whose_process_has_died_is_not_connected(adapter: Adapter) -> 
 
 @pytest.mark.parametrize(
     ("length", "text"),
-    [(16, "sets a packet to it every 0 ms, where every 4 ms"), (9, "is too short")],
+    [(16, "sets a packet to it every 0 ms instead of every 4 ms"), (9, "is too short")],
 )
 def test_an_implausible_reply_opens_nothing_and_is_explained(
     adapter: Adapter, monkeypatch: pytest.MonkeyPatch, length: int, text: str
 ) -> None:
-    """An interval of 0 us, half a reply; what the adapter has opened is closed again."""
+    """The replies have an interval of 0 us, or are incomplete.
+
+    The opened connection is closed again.
+    """
     rest = bytes(8 if length == 16 else 0)
     monkeypatch.setattr(
         "rcx_harness.enip.originator.scanner.decode_open_reply",
@@ -344,7 +348,7 @@ def test_packets_that_cannot_be_used_are_not_called_silence(drops: str, message:
 
 
 def test_a_scanner_knows_why_it_drops_packets(adapter: Adapter) -> None:
-    """22 bytes come to its port in the adapter's name."""
+    """A packet of 22 bytes arrives at the scanner's port from the adapter's address."""
     with scan(adapter) as scanner, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         scanner.open()
         assert scanner.connection is not None
@@ -355,6 +359,7 @@ def test_a_scanner_knows_why_it_drops_packets(adapter: Adapter) -> None:
         assert scanner.drops() == "of a wrong length (22 bytes instead of 50)"
 
 
+@pytest.mark.exhaustive
 def test_if_the_usual_port_is_taken_another_port_is_used(adapter: Adapter) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as first:
         first.bind(("127.6.0.3", 2222))

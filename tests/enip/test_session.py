@@ -1,6 +1,6 @@
-"""The encapsulation layer, frame by frame: requests and the expected answers, as bytes.
+"""The encapsulation layer answers each request as specified, frame by frame in bytes.
 
-Layout of a frame: command, length, session, status, sender context, options, data.
+A frame has command, length, session, status, sender context, options and data.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from rcx_harness.enip.target.device import Session
 CONTEXT = "A1A2A3A4A5A6A7A8"
 REGISTER = bytes.fromhex(f"6500 0400 00000000 00000000 {CONTEXT} 00000000 0100 0000")
 REGISTERED = bytes.fromhex(f"6500 0400 01000000 00000000 {CONTEXT} 00000000 0100 0000")
-# Interface 0, time-out 0, two items: null address; unconnected data: service 0x0E, path of three
-# words to class 4, instance 100, attribute 4.
+# Interface 0, time-out 0, two items: null address; unconnected data with service 0x0E and a path of
+# three words to class 4, instance 100, attribute 4.
 GET_SIZE_DATA = "00000000 0000 0200 0000 0000 B200 0800 0E03 2004 2464 3004"
 GET_SIZE = bytes.fromhex(f"6F00 1800 01000000 00000000 {CONTEXT} 00000000 {GET_SIZE_DATA}")
 SIZE_IS_48 = bytes.fromhex(
@@ -102,10 +102,10 @@ def test_an_unknown_command_is_answered_and_the_session_goes_on(
         "01000000 0000 0200 0000 0000 B200 0800 0E03 2004 2464 3004",  # not the CIP interface
         "00000000 0000 0200 0000 0000 B200 0900 0E03 2004 2464 3004",  # item longer than the frame
         "00000000 0000 0200 0000 0000 B200 0800 0E03 2004 2464 3004 00",  # a byte too many
-        "00000000 0000 0300 0000 0000 B200 0800 0E03 2004 2464 3004",  # an item too few
+        "00000000 0000 0300 0000 0000 B200 0800 0E03 2004 2464 3004",  # a missing item
         "00000000 0000 0200 A100 0400 01000000 B100 0800 0E03 2004 2464 3004",  # connected
-        "00000000 0000 0200 0000 0200 0000 B200 0800 0E03 2004 2464 3004",  # null with an address
-        "00000000 0000 0200 0000 0000 B200 0100 0E",  # half a CIP request
+        "00000000 0000 0200 0000 0200 0000 B200 0800 0E03 2004 2464 3004",  # null address with data
+        "00000000 0000 0200 0000 0000 B200 0100 0E",  # an incomplete CIP request
     ],
 )
 def test_data_that_is_no_unconnected_message_is_refused(registered: Session, data: str) -> None:
@@ -156,10 +156,10 @@ def test_unregistering_another_session_is_refused(registered: Session) -> None:
 
 
 def test_list_identity_needs_no_session(session: Session) -> None:
-    """The item: type 0x0C, length 57, version, socket address, attributes 1 to 8.
+    """The item has type 0x0C, length 57, version, socket address and attributes 1 to 8.
 
-    Vendor 636 (0x027C), device type 43 (0x2B), product code 5, revision 1.1, status 0x0030,
-    serial number 1, a name of 23 letters, state 3.
+    These are vendor 636 (0x027C), device type 43 (0x2B), product code 5, revision 1.1, status
+    0x0030, serial number 1, a name of 23 letters, and state 3.
 
     Source: manual chapter 5, 4 (device type)
     """
@@ -195,7 +195,7 @@ def test_a_list_command_has_no_data(session: Session, command: str) -> None:
 def test_an_oversized_frame_is_refused_by_its_header_and_ends_the_connection(
     registered: Session, command: str
 ) -> None:
-    """4161 bytes (0x1041): the answer does not wait for them."""
+    """The frame has 4161 bytes (0x1041). The answer comes before they have arrived."""
     header = bytes.fromhex(f"{command} 4110 01000000 00000000 {CONTEXT} 00000000")
     assert registered.receive(GET_SIZE + header + b"\x00") == SIZE_IS_48 + refused(command, 0x65)
     assert registered.ended
@@ -203,7 +203,7 @@ def test_an_oversized_frame_is_refused_by_its_header_and_ends_the_connection(
 
 
 def test_the_longest_frame_is_taken(registered: Session) -> None:
-    """4160 bytes (0x1040)."""
+    """The longest frame has 4160 bytes (0x1040)."""
     header = bytes.fromhex(f"0000 4010 01000000 00000000 {CONTEXT} 00000000")
     assert registered.receive(header + bytes(4160) + GET_SIZE) == SIZE_IS_48
 
@@ -212,7 +212,7 @@ def test_the_longest_frame_is_taken(registered: Session) -> None:
 def test_a_connection_is_overdue_after_120_seconds_without_a_frame(
     bench: Any, registered: Session, said: bytes, answer: bytes
 ) -> None:
-    """A NOP, which is not answered, counts as well."""
+    """A NOP counts as a frame, although it is not answered."""
     bench.now += 119.9
     assert not registered.is_overdue()
     assert registered.receive(said) == answer
@@ -225,7 +225,7 @@ def test_a_connection_is_overdue_after_120_seconds_without_a_frame(
 def test_the_inactivity_is_attribute_13_of_the_tcp_ip_interface(
     bench: Any, registered: Session
 ) -> None:
-    """0x000A is 10 s; 0 is for ever."""
+    """0x000A is 10 s, and 0 means no limit."""
     bench.ask("1003 20F5 2401 300D 0A00")
     bench.now += 10
     assert registered.is_overdue()
@@ -255,7 +255,7 @@ def test_ten_seconds_are_for_each_frame(bench: Any, registered: Session) -> None
 
 
 def test_the_65th_session_is_refused_until_another_ends(bench: Any) -> None:
-    """Encapsulation status 0x02, insufficient memory."""
+    """The answer has encapsulation status 0x02, insufficient memory."""
     sessions = [bench.connect() for _ in range(65)]
     answers = [session.receive(REGISTER) for session in sessions]
     assert {answer[8:12] for answer in answers[:64]} == {bytes(4)}
@@ -266,9 +266,10 @@ def test_the_65th_session_is_refused_until_another_ends(bench: Any) -> None:
 
 
 def test_a_forward_open_brings_the_socket_address_of_the_cyclic_io(registered: Session) -> None:
-    """The answer ends with a socket address item (0x8000): AF_INET, port 2222, our address.
+    """The answer ends with a socket address item (0x8000).
 
-    The adapter accepts the T->O item of the request (port 0x1234).
+    The item has AF_INET, port 2222 and the device's address. The adapter accepts the T->O item of
+    the request (port 0x1234).
     """
     message = forward_open()
     length = len(bytes.fromhex(message))

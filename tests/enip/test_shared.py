@@ -1,4 +1,4 @@
-"""The shared assemblies: whole images for every reader, whatever the writer does meanwhile."""
+"""Every reader of shared assemblies gets whole images at any time."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_images_are_read_completely_by_a_process_that_attaches_by_name(
 
 
 def test_memory_that_was_not_created_is_not_found() -> None:
-    """On Windows a wrong name gives new memory, all zero: that is nobody's either."""
+    """On Windows, a wrong name gives new memory of zeros, which is not accepted either."""
     with pytest.raises(FileNotFoundError):
         SharedImages.attach("/dev/shm/rcx-of-nobody")
     nobodys = SharedMemory(size=4096)
@@ -71,7 +71,7 @@ def test_an_image_of_another_size_is_not_taken(images: SharedImages) -> None:
 
 
 def watched(memory: memoryview, parts: Mapping[int, object]) -> Any:
-    """Return memory of which some parts, by their offsets, are replaced."""
+    """Return memory in which the parts at some offsets are replaced."""
 
     class Watched:
         def __getitem__(self, part: slice) -> object:
@@ -81,7 +81,7 @@ def watched(memory: memoryview, parts: Mapping[int, object]) -> Any:
 
 
 def test_a_writer_that_dies_within_an_image_leaves_the_one_before() -> None:
-    """An image is published only by the number that is written last."""
+    """An image becomes valid only when its number is written, at the end."""
     memory = memoryview(bytearray(SharedImage.needs(4)))
     image = SharedImage(memory, 4)
     image.write(b"whol")
@@ -91,29 +91,30 @@ def test_a_writer_that_dies_within_an_image_leaves_the_one_before() -> None:
 
 
 def test_a_reader_takes_a_newer_image_when_its_own_may_be_overwritten() -> None:
-    """While one image is read, seven are written.
+    """While an image is read, seven others are written.
 
-    The eighth write would reuse the slot being read.
+    The eighth write would use the slot that is being read.
     """
     memory = memoryview(bytearray(SharedImage.needs(4)))
     writer = SharedImage(memory, 4)
     writer.write(b"0000")
 
     class OvertakenSlot:
-        """Behaves like the slot of version 1 while the writer goes round once."""
+        """A stand-in for the slot of version 1 that is overwritten during a read."""
 
         def __bytes__(self) -> bytes:
             for number in range(2, 9):
                 writer.write(f"{number:04}".encode())
             return b"torn"
 
-    # The slots of eight bytes follow a word of eight bytes; version 1 is in the second slot.
+    # The first eight bytes are a word, followed by slots of eight bytes. Version 1 is in the second
+    # slot.
     reader = SharedImage(watched(memory, {8 + 8: OvertakenSlot()}), 4)
     assert reader.read() == b"0008"
 
 
 def test_no_reader_ever_sees_a_torn_image() -> None:
-    """While another process writes without pause, every image read has all its bytes the same."""
+    """Another process writes without pause, and all bytes of each image are equal."""
     writer = textwrap.dedent(
         """
         import sys
@@ -142,7 +143,7 @@ def test_no_reader_ever_sees_a_torn_image() -> None:
         finally:
             images.link = LinkState.CUT
             process.communicate(timeout=60)
-    assert len(seen) >= 64, "the writer did not write meanwhile"
+    assert len(seen) >= 64, "the writer did not write during the test"
     assert all(len(set(image)) == 1 for image in seen)
 
 
@@ -162,7 +163,7 @@ def test_the_status_names_the_owner_and_counts_its_changes(images: SharedImages)
 
 
 class Recorder:
-    """A stand-in for memory that notes each write, and the result of `look` at that time."""
+    """A stand-in for memory that records each write, and the result of `look` at that time."""
 
     def __init__(self, look: Callable[[], int] = lambda: 0) -> None:
         self.written: list[object] = []
@@ -174,7 +175,7 @@ class Recorder:
         return self
 
     def __getitem__(self, at: object) -> int:
-        return 48  # the size of an image is requested
+        return 48  # the code asks for the size of an image
 
     def __setitem__(self, at: object, value: object) -> None:
         self.written.append(at)
@@ -182,7 +183,7 @@ class Recorder:
 
 
 def test_an_image_is_published_after_it_is_whole() -> None:
-    """While an image is being written, a reader gets the one before."""
+    """While an image is being written, a reader gets the previous image."""
     memory = memoryview(bytearray(SharedImage.needs(4)))
     SharedImage(memory, 4).write(b"one.")
     slots = [Recorder(lambda: image.version) for _ in range(8)]
@@ -267,7 +268,7 @@ def test_a_journal_is_written_by_the_one_and_read_once_by_the_other(images: Shar
 def test_a_reader_of_a_journal_that_is_too_slow_learns_how_much_it_has_missed(
     images: SharedImages,
 ) -> None:
-    """127 of 128 entries are valid, because the writer may be at the next one."""
+    """Of 128 entries, 127 are valid, because the writer may be writing the next one."""
     for number in range(1000):
         images.events.write({"number": number})
     records, lost = images.events.read()

@@ -1,4 +1,7 @@
-"""The TCP port with real sockets: how many, how slow, and what becomes of the others."""
+"""The TCP port limits connections and slow clients, and other clients are still served.
+
+The tests use real sockets.
+"""
 
 from __future__ import annotations
 
@@ -38,11 +41,11 @@ def serve(bench: Any, talk: Callable[[TcpServer, int], Awaitable[None]]) -> None
 
     failures: list[dict[str, Any]] = []
     asyncio.run(main())
-    assert failures == [], "an exception that nobody has taken"
+    assert failures == [], "an exception was not handled"
 
 
 async def say(streams: Streams, data: bytes, answer: int) -> bytes:
-    """Send, and read that many bytes."""
+    """Send data, and read this number of bytes."""
     streams[1].write(data)
     return await streams[0].readexactly(answer)
 
@@ -60,19 +63,22 @@ async def register(streams: Streams) -> int:
 
 
 async def read_size(streams: Streams, session: int) -> None:
-    """Read the size of assembly 100: 48."""
+    """Read the size of assembly 100, and check that it is 48."""
     assert (await say(streams, send_rr(GET_SIZE, session), 46))[-2:] == bytes.fromhex("3000")
 
 
 async def has_ended(streams: Streams) -> bool:
-    """Wait for the end of the connection, orderly or not."""
+    """Wait for the end of the connection, by close or reset."""
     with suppress(ConnectionError):
         await streams[0].read()
     return True
 
 
 def test_one_machine_cannot_take_all_connections(bench: Any) -> None:
-    """A peer may have 32 connections. Another is closed at once, until one of the 32 has ended."""
+    """A peer may have 32 connections.
+
+    Another one is closed at once, until one of the 32 has ended.
+    """
 
     async def talk(tcp: TcpServer, port: int) -> None:
         every = [await connect(port) for _ in range(MAX_CONNECTIONS_OF_PEER)]
@@ -91,7 +97,10 @@ def test_one_machine_cannot_take_all_connections(bench: Any) -> None:
 
 
 def test_two_machines_cannot_take_all_connections_from_a_third(bench: Any) -> None:
-    """The last 8 of 64 are for addresses that have none yet; each gets connection and session."""
+    """The last 8 of 64 connections are for addresses without a connection.
+
+    Each of these gets a connection and a session.
+    """
 
     async def talk(tcp: TcpServer, port: int) -> None:
         taken = []
@@ -110,7 +119,7 @@ def test_two_machines_cannot_take_all_connections_from_a_third(bench: Any) -> No
 def test_eighty_idle_connections_of_eighty_machines_keep_no_new_master_out(bench: Any) -> None:
     """A new connection replaces the oldest idle one, but never an owner's session.
 
-    64 connections is the maximum: the owner's, 40 without a session, and 23 with a session but no
+    The maximum is 64 connections: the owner's, 40 without a session, and 23 with a session but no
     request. No time passes.
     """
 
@@ -134,7 +143,9 @@ def test_eighty_idle_connections_of_eighty_machines_keep_no_new_master_out(bench
                 silent.append(streams)
         await register(await connect(port, "127.0.1.201"))
         assert len(tcp.connections) == 64
-        assert await has_ended(silent[0]), "the oldest without a session has gone first"
+        assert await has_ended(silent[0]), (
+            "the oldest connection without a session has been closed first"
+        )
         await say(sessions[0], LIST_INTERFACES, 26)
         await say(owner, LIST_INTERFACES, 26)
 
@@ -193,7 +204,9 @@ def test_an_oversized_frame_closes_its_connection_only(bench: Any) -> None:
 
 
 def test_a_frame_longer_than_one_turn_is_answered_as_one(bench: Any) -> None:
-    """Set of assembly 150 with 3,000 bytes: too many, status 0x15; then the next request.
+    """A Set of assembly 150 with 3,000 bytes has too many (status 0x15).
+
+    The next request is answered.
 
     Source: CIP volume 1, appendix B, general status codes.
     """
@@ -212,9 +225,9 @@ def test_a_frame_longer_than_one_turn_is_answered_as_one(bench: Any) -> None:
 def test_endless_requests_of_one_peer_do_not_block_the_others(
     bench: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """2,000 requests arrive in one piece.
+    """2,000 requests arrive at once.
 
-    The answer to a neighbour does not wait for all of them.
+    The answer to another client does not wait for all of them.
     """
     listing = bench.device.listing
     answer, asked = listing.answer, []
@@ -240,7 +253,10 @@ def test_endless_requests_of_one_peer_do_not_block_the_others(
 
 
 def test_a_peer_that_takes_no_answers_is_not_read(bench: Any) -> None:
-    """The amount that waits for a peer is limited: its requests stay in its own machine."""
+    """The amount of answers that wait for a peer is limited.
+
+    Its requests stay on its own machine.
+    """
 
     async def talk(tcp: TcpServer, port: int) -> None:
         small = socket.socket()
@@ -274,7 +290,7 @@ def test_a_peer_that_takes_no_answers_is_not_read(bench: Any) -> None:
 
 @pytest.mark.parametrize(("code_point", "tos"), [(27, 108), (5, 20)])
 def test_explicit_messages_bear_their_code_point(bench: Any, code_point: int, tos: int) -> None:
-    """Attribute 8 of the QoS object, for connections that come afterwards."""
+    """Attribute 8 of the QoS object applies to connections that are opened afterwards."""
     bench.ask(f"1003 2048 2401 3008 {code_point:02X}")
 
     async def talk(tcp: TcpServer, port: int) -> None:

@@ -1,7 +1,7 @@
-"""Wireshark's dissector, an independent witness, reads what goes over the wire.
+"""Wireshark's dissector, an independent program, reads the packets on the wire.
 
-Skipped where tshark is missing or may not capture on the loopback interface (Debian: `apt install
-tshark`, and root or the group wireshark).
+The tests are skipped if tshark is missing or may not capture on the loopback interface (Debian:
+`apt install tshark`, and root or the group wireshark).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from rcx_harness.look.judge.judge import JudgeOptions, judge
 TSHARK = shutil.which("tshark")
 PORT, IO_PORT = 44818, 2222
 PATIENCE_S = 30.0
-ERROR = 0x00800000  # severity of an expert info
+ERROR = 0x00800000  # The severity of an expert info.
 LIST_IDENTITY = struct.pack("<HHII8sI", 0x63, 0, 0, 0, b"probe\0\0\0", 0)
 
 pytestmark = pytest.mark.skipif(TSHARK is None, reason="tshark is not installed")
@@ -74,7 +74,10 @@ class Capture:
         self.wait_for_probe()
 
     def wait_for_probe(self) -> None:
-        """Send a datagram, and wait until it is captured: then all earlier ones are, too."""
+        """Send a datagram, and wait until it is captured.
+
+        Then all earlier packets are captured, too.
+        """
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             probe.bind((self._host, 0))
             port = str(probe.getsockname()[1])
@@ -90,7 +93,7 @@ class Capture:
         pytest.fail("tshark does not see the probe")
 
     def stop(self) -> None:
-        """End the capture; its file is complete then."""
+        """End the capture. Its file is complete then."""
         self._process.send_signal(signal.SIGINT)
         self._process.wait(PATIENCE_S)
 
@@ -124,7 +127,7 @@ def adapter(host: str) -> Iterator[Adapter]:
 
 
 def until_received(scanner: Scanner, packets: int) -> None:
-    """Wait for packets; the limit is only for a failure."""
+    """Wait for packets, with a limit that only a failure reaches."""
     waiting = threading.Event()
     for _ in range(int(PATIENCE_S / 0.01)):
         if scanner.statistics().received >= packets:
@@ -136,9 +139,10 @@ def until_received(scanner: Scanner, packets: int) -> None:
 def test_a_cyclic_session_is_dissected_without_a_malformed_mark(
     adapter: Adapter, host: str, tmp_path: Path
 ) -> None:
-    """Explicit messages, Forward Open and Close, packets both ways; owner and Input Only.
+    """The session has explicit messages, Forward Open and Close, and packets in both directions.
 
-    `rcx judge` counts as many packets of each connection, each way.
+    The connections are owner and Input Only. `rcx judge` counts the same number of packets for each
+    connection and direction.
     """
     capture = Capture(host, tmp_path / "session.pcapng")
     with (
@@ -180,7 +184,7 @@ def test_a_cyclic_session_is_dissected_without_a_malformed_mark(
     replies = Counter((int(one.service, 16), int(one.status, 16)) for one in managed if one.status)
     assert replies == {(0xD4, 0x00): 1, (0xDB, 0x00): 1, (0xCE, 0x00): 2}
 
-    # The witness knows each connection from its Forward Open, so it comes before its packets.
+    # The dissector knows a connection from its Forward Open, so that must come before its packets.
     sent = [one.data for one in cyclic if one.source == "127.0.0.2"]
     assert len(sent) >= 20
     assert set(sent) == {bytes(range(100, 148)).hex()}
@@ -200,7 +204,7 @@ def split(field: str) -> list[str]:
 def test_the_witness_would_mark_a_malformed_frame(
     adapter: Adapter, host: str, tmp_path: Path
 ) -> None:
-    """A ListIdentity answer cut in two is marked, so that no mark means something."""
+    """A ListIdentity answer cut in two is marked, so a capture without marks is a real result."""
     capture = Capture(host, tmp_path / "cut.pcapng")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as broken:
         broken.bind((host, 0))

@@ -1,4 +1,4 @@
-"""The encapsulation over UDP: three commands, to us or to everybody."""
+"""The encapsulation over UDP has three commands, by unicast or broadcast."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def test_a_direct_question_for_the_identity_is_answered_at_once(datagrams: Datag
 @pytest.mark.parametrize(
     ("longest", "delay_s"),
     [
-        ("0000", 1.0),  # 2 s where nothing is said
+        ("0000", 1.0),  # 2 s if no delay is given
         ("0100", 0.25),  # at least 500 ms
         ("F401", 0.25),
         ("E803", 0.5),  # 1000 ms
@@ -60,7 +60,7 @@ def test_a_direct_question_for_the_identity_is_answered_at_once(datagrams: Datag
 def test_the_answer_to_everybody_comes_after_a_random_delay(
     datagrams: Datagrams, longest: str, delay_s: float
 ) -> None:
-    """The longest delay is in the sender context, in ms; here the random number is one half."""
+    """The longest delay is in the sender context, in ms. The random number is one half here."""
     context = f"{longest} A3A4A5A6A7A8"
     answer = datagrams.answer(frame("6300", context=context), LOCAL, True)
     assert answer == Delayed(frame("6300", IDENTITY, context=context), delay_s)
@@ -70,7 +70,7 @@ def test_the_answer_to_everybody_comes_after_a_random_delay(
 def test_commands_that_need_a_session_are_refused_over_udp(
     datagrams: Datagrams, command: str
 ) -> None:
-    """Encapsulation status 0x01; nothing if it was said to everybody."""
+    """The answer has encapsulation status 0x01. A broadcast is not answered."""
     request = frame(command, "0100 0000" if command == "6500" else "")
     answer = frame(command, status="01000000")
     assert datagrams.answer(request, LOCAL, False) == Delayed(answer, 0.0)
@@ -78,7 +78,7 @@ def test_commands_that_need_a_session_are_refused_over_udp(
 
 
 def test_a_list_command_with_data_has_a_wrong_length(datagrams: Datagrams) -> None:
-    """Encapsulation status 0x65; nothing if it was said to everybody."""
+    """The answer has encapsulation status 0x65. A broadcast is not answered."""
     answer = frame("6300", status="65000000")
     assert datagrams.answer(frame("6300", "00"), LOCAL, False) == Delayed(answer, 0.0)
     assert datagrams.answer(frame("6300", "00"), LOCAL, True) is None
@@ -106,7 +106,7 @@ def test_anything_else_is_discarded(
 
 @pytest.mark.skipif(sys.platform != "linux", reason="broadcasts on the loopback are Linux's")
 def test_after_eighty_broadcasts_of_one_machine_all_are_answered(bench: Any) -> None:
-    """Context FFFF: up to 65.5 s may pass. Eight of them wait; the others are answered at once."""
+    """Context FFFF allows a delay of 65.5 s. Eight answers wait; the others are sent at once."""
     draws = iter([1.0] * 80)
     datagrams = Datagrams(bench.device.listing, lambda: next(draws, 0.0001))
     patient, hasty = (

@@ -1,4 +1,4 @@
-"""The library does the same in each dialect: examples give the same trace."""
+"""The library behaves alike in each dialect, so the examples give the same trace."""
 
 from __future__ import annotations
 

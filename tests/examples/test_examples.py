@@ -1,4 +1,4 @@
-"""The examples do what their README says, on each engine and over each link."""
+"""The examples behave as their README says, on each engine and over each link."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rcx_tools.docs.examples import ChartSpec, Example, Recorder, chart_specs, e
 from structured_text.errors import InputError
 
 _each = pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.name)
-#: An area at the beginning, one of 256 bytes, one in words at offsets, and two robots' areas.
+#: Examples with an area at the beginning, of 256 bytes, in words at offsets, and with two robots.
 _NETWORKED = [one for one in EXAMPLES if one.name[:2] in ("01", "02", "03", "12")]
 
 

@@ -1,4 +1,4 @@
-"""Examples 04 to 07: where the robot has been, what it has stored, and what a fault leaves."""
+"""Examples 04 to 07: the robot's positions, its stored data, and the state after a fault."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_the_hand_keeps_its_part_through_an_emergency_stop_and_nothing_starts_by
         where = list(cell.robot.positions)
         cell["Main.Reset"] = True
         cell.run("200ms")
-        assert cell["Main.Cycle.State"] == "WORK_FAULT", "the cell is not safe"
+        assert cell["Main.Cycle.State"] == "WORK_FAULT", "CellSafe is FALSE"
         shown = [cell[f"Main.Cycle.{pin}"] for pin in ("ErrorID", "AlarmGroup", "AlarmCategory")]
         assert shown[:2] == [0x8020, 12]
         assert shown[2] in (400, 600), "SI(00) and SI(06) go OFF together"
@@ -77,7 +77,9 @@ def test_the_hand_keeps_its_part_through_an_emergency_stop_and_nothing_starts_by
         cell["Main.Reset"] = False
         cell["Main.Start"] = True
         stops = _at_rest(cell, "2s", lambda: _hand(cell))
-        assert stops[1] == (-60_000, 80_000, 0, True), "with the part in the hand to the tray"
+        assert stops[1] == (-60_000, 80_000, 0, True), (
+            "the robot goes to the tray with the part in the hand"
+        )
         assert cell["Main.Cycle.Count"] >= 1
         assert not cell.violations
 
@@ -109,14 +111,14 @@ def test_a_held_start_button_does_not_start_after_a_fault() -> None:
 
 
 def test_a_jog_lasts_as_long_as_its_button_and_a_step_is_500_pulses() -> None:
-    """Axis 1 moves for 0.5 s at 10 %; axis 2 makes one step down, then moves to its soft limit.
+    """Axis 1 moves for 0.5 s at 10 %. Axis 2 makes one step down, then moves to its soft limit.
 
     Source: guide 4.2.6, 4.2.7, 4.2.8; 2.334 at the soft limit: guide 1.1.
     """
     with _build("05_jog_panel") as cell:
         cell.run("2400ms")
         jogged = cell.robot.positions[0]
-        assert 40_000 < jogged < 50_000, "10 % of 1,000,000 pulses/s, less what starts and stops it"
+        assert 40_000 < jogged < 50_000, "10 % of 1,000,000 pulses/s, less acceleration and braking"
         cell.run("500ms")
         assert cell.robot.positions[:2] == [jogged, -500]
         assert cell["Main.Shown"][:2] == [jogged, -500]
@@ -124,7 +126,9 @@ def test_a_jog_lasts_as_long_as_its_button_and_a_step_is_500_pulses() -> None:
         assert cell.robot.positions[1] == -60_000
         assert (cell["Main.Stage"], cell["Main.Fault"]) == ("JOG_FAULT", 0x8020)
         cell.run("900ms")
-        assert cell["Main.Stage"] == "JOG_AMOUNT", "Reset and Start do nothing under a held button"
+        assert cell["Main.Stage"] == "JOG_AMOUNT", (
+            "Reset and Start have no effect while the button is held"
+        )
         assert cell.robot.positions[1] == -60_000
         cell.run("1s")
         assert -60_000 < cell.robot.positions[1] < 0
@@ -164,7 +168,10 @@ def test_points_are_stored_in_the_controller_with_their_names_and_copied_to_the_
 
 
 def test_a_copy_is_written_back_to_a_controller_that_has_lost_the_point() -> None:
-    """A point that was never taught is not written. Source: guide 4.3.1."""
+    """The test also checks that a point that was never taught is not written.
+
+    Source: guide 4.3.1.
+    """
     with _build("06_teach_points") as cell:
         cell.run("2900ms")
         taught = cell.robot.points[101]
@@ -182,7 +189,7 @@ def test_a_copy_is_written_back_to_a_controller_that_has_lost_the_point() -> Non
 
 @pytest.mark.exhaustive
 def test_the_pallet_is_filled_position_by_position_in_arches() -> None:
-    """X counts first, then Y; the robot rises to 0 with axis 3 between part and place.
+    """X counts first, then Y. Axis 3 rises to 0 between part and place.
 
     Source: guide 4.2.5 and 4.3.3; points 101 to 105 of robot.toml.
     """
@@ -199,7 +206,7 @@ def test_the_pallet_is_filled_position_by_position_in_arches() -> None:
         assert (pallet.nx, pallet.ny, pallet.nz, pallet.first) == (3, 2, 1, 101)
         cell["Main.Start"] = True
         cell.run("200ms")
-        assert cell["Main.Cycle.State"] == "WORK_IDLE", "it is full"
+        assert cell["Main.Cycle.State"] == "WORK_IDLE", "the pallet is full"
         assert not cell.violations
 
 
@@ -215,7 +222,7 @@ def test_a_start_button_held_at_the_plc_s_start_goes_on_with_no_table() -> None:
 
 
 def test_a_new_pallet_counts_when_its_button_is_pressed_and_not_while_it_hangs() -> None:
-    """A button that is stuck, at the PLC's start or later, does not lose the place of a part.
+    """A stuck button, at the PLC's start or later, does not lose the place of a part.
 
     Source: design of the examples: a hanging button is not a press.
     """

@@ -1,4 +1,4 @@
-"""Example 15: what the keys of the panel did to the robot."""
+"""Example 15: the keys of the panel move the robot."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def test_the_keys_jogged_stepped_taught_and_ran_the_program_to_its_end() -> None
     assert axis1 > 10_000
     assert axis2 == -500, "one step"
     assert cell.robot.points[101].data[:2] == (axis1, -500)
-    assert cell.robot.machine.ports.read(port("SO2()")) == 4, "all lines, the pause in between"
+    assert cell.robot.machine.ports.read(port("SO2()")) == 4, "all lines, including the pause"
     assert (cell["Main.Panel.MessageID"], cell["Main.Operator.Error"]) == (0, False)
     assert cell["Main.Panel.Position"][:2] == [axis1 / 1000, -0.5]
 

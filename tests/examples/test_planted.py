@@ -1,6 +1,6 @@
-"""A user's cell with two robots, and five faults for it: all six pass the checks and the good run.
+"""A user's cell with two robots, unchanged or with one of five faults, passes checks and good run.
 
-What finds the faults is tested elsewhere; here, that a good run does not.
+Other tests show that the faults can be found. These tests show that a good run does not find them.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def test_the_good_run_is_good(fault: Fault | None, tmp_path: Path) -> None:
 
 
 def test_never_are_both_robots_between_home_and_pallet(tmp_path: Path) -> None:
-    """The robots' real positions count. The pallet is on the side of positive pulses of axis 1.
+    """The robots' real positions count. The pallet is at positive pulses of axis 1.
 
     Source: points 1, 10 and 21 to 26 of robot_a.toml and robot_b.toml.
     """

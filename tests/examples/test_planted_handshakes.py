@@ -14,12 +14,12 @@ from rcx_harness.verify.storm.cells import CellsOf
 from rcx_harness.verify.storm.sweep import Moments, Sweep, injects
 
 Captured = pytest.CaptureFixture[str]
-#: Line 11 of HANDOVER.PGM is `WAIT SI(20)=1` with the fault; SO(21) says that the robot is ready.
+#: Line 11 of HANDOVER.PGM is `WAIT SI(20)=1` with the fault. SO(21) means that the robot is ready.
 _DEADLOCK = (
     "deadlock handover: nothing has moved for 2000 ms: "
     "PLC waits for SO(21), robot program HANDOVER waits in line 11 for SI(20)=1"
 )
-#: The word comes in the next scan.
+#: The word is written one scan late.
 _RACE = (
     "stable place: SIW(2) from 1 to 2: changed 1 scan after SI(21) became ON, "
     "before SO(20) has acknowledged it"
@@ -35,7 +35,7 @@ def there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def _explored(cell: Path, begin: str = "13s") -> int:
-    """Explore how the operator cancels; by default PowerUp's time limits have run out before."""
+    """Explore cancellations by the operator; by default after the time limits of PowerUp."""
     words = ["explore", str(cell / "Handover.st"), "--robot", str(cell / "robot.toml")]
     words += ["--properties", str(cell / "campaign.toml"), "--workers", "0", "--faults", "none"]
     words += ["--stimulus", str(cell / "stimulus.toml"), "--begin", begin]
@@ -44,7 +44,7 @@ def _explored(cell: Path, begin: str = "13s") -> int:
 
 
 def _replayed(said: str, capsys: Captured) -> str:
-    """Run the `rcx run` command that was printed; return what it prints."""
+    """Run the printed `rcx run` command, and return its output."""
     words = re.findall(r"^  rcx (run .*)$", said, re.MULTILINE)[0].split()
     assert main(words) == 1
     return capsys.readouterr().out
@@ -55,7 +55,7 @@ def _replayed(said: str, capsys: Captured) -> str:
 def test_explore_finds_a_planted_fault_and_rcx_run_shows_it(
     name: str, there: Path, capsys: Captured
 ) -> None:
-    """The shortest stimulus presses Cancel once; the race comes with the first part (1790 ms)."""
+    """The shortest stimulus presses Cancel once. The race appears at the first part (1790 ms)."""
     cell = planted(there, OF_HANDSHAKES[name], HANDSHAKES)
     assert _explored(cell, *["1500ms"] * (name == "race")) == 1
     said = capsys.readouterr().out
@@ -67,13 +67,13 @@ def test_explore_finds_a_planted_fault_and_rcx_run_shows_it(
 
 @pytest.mark.exhaustive
 def test_the_repaired_cell_is_explored_to_its_end(there: Path, capsys: Captured) -> None:
-    """Cancel at any time: no deadlock and no race in any state."""
+    """Cancel may come at any time. No state has a deadlock or a race."""
     assert _explored(planted(there, home=HANDSHAKES)) == 0
     assert "explored to the end" in capsys.readouterr().out
 
 
 def _failures(cell: Path, seed: int) -> dict[str, str]:
-    """Return the failures of one seed of a campaign, in words."""
+    """Return the failures of one seed of a campaign in words."""
     options = {"robot": [cell / "robot.toml"], "engine": "builtin"}
     of = CellsOf.of([cell / "Handover.st"], options, [cell / "campaign.toml"])
     result = Storms(of).prepare()(seed)
@@ -87,7 +87,7 @@ _SEEDS = {"deadlock": 36, "race": 5}
 @pytest.mark.exhaustive(but=["race"])
 @_both
 def test_a_seed_of_a_campaign_shows_a_planted_fault(name: str, there: Path) -> None:
-    """The same seed of the repaired cell fails with nothing."""
+    """The same seed of the repaired cell has no failure."""
     fault = OF_HANDSHAKES[name]
     (there / "good").mkdir()
     failures = _failures(planted(there, fault, HANDSHAKES), _SEEDS[name])
@@ -97,7 +97,7 @@ def test_a_seed_of_a_campaign_shows_a_planted_fault(name: str, there: Path) -> N
 
 @pytest.mark.exhaustive
 def test_a_campaign_names_the_lines_that_no_seed_has_reached(there: Path, capsys: Captured) -> None:
-    """Seed 5 runs the whole loop; the new subroutine in lines 14 to 16 is not called."""
+    """Seed 5 runs the whole loop. The new subroutine in lines 14 to 16 is not called."""
     cell = planted(there, home=HANDSHAKES)
     program = cell / "HANDOVER.PGM"
     text = program.read_text(encoding="utf-8")
@@ -113,7 +113,7 @@ def test_a_campaign_names_the_lines_that_no_seed_has_reached(there: Path, capsys
 def test_a_campaign_finds_a_planted_fault_and_rcx_run_shows_it(
     name: str, there: Path, capsys: Captured
 ) -> None:
-    """The way back fails, too: its text names what both programs wait for."""
+    """The recovery fails, too. The message says for what both programs wait."""
     cell = planted(there, OF_HANDSHAKES[name], HANDSHAKES)
     assert _campaign(cell, "--seeds", "3", "--seed-from", str(_SEEDS[name])) == 1
     said = capsys.readouterr().out
@@ -129,7 +129,10 @@ def test_a_campaign_finds_a_planted_fault_and_rcx_run_shows_it(
 def test_a_campaign_and_a_sweep_of_the_repaired_cell_find_nothing(
     there: Path, capsys: Captured
 ) -> None:
-    """All faults, also in the middle of the robot program: 30 storms, 3 faults at each 3rd scan."""
+    """The runs are 30 storms with all faults, and 3 faults at each third scan.
+
+    This includes faults in the middle of the robot program.
+    """
     cell = planted(there, home=HANDSHAKES)
     assert _campaign(cell, "--seeds", "30") == 0, capsys.readouterr().out
     words = [
@@ -147,7 +150,7 @@ def test_a_campaign_and_a_sweep_of_the_repaired_cell_find_nothing(
 
 @pytest.mark.exhaustive
 def test_a_sweep_injects_in_the_middle_of_the_robot_program(there: Path) -> None:
-    """From 2140 to 2250 ms the robot moves, in line 9: Cancel leads to the deadlock then."""
+    """From 2140 to 2250 ms the robot moves in line 9. In this time Cancel leads to the deadlock."""
     (there / "good").mkdir()
     for name, cell in (
         ("deadlock", planted(there, OF_HANDSHAKES["deadlock"], HANDSHAKES)),

@@ -1,4 +1,4 @@
-"""Examples 16 and 17: the movements are in robot programs, and the PLC gives the work."""
+"""Examples 16 and 17: robot programs contain the movements, and the PLC gives the jobs."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def _until(cell: Cell, condition: Callable[[], bool], within: str = "4s") -> Non
 
 
 def _releases(cell: Cell, parts: int) -> list[int]:
-    """Return the positions of axis 1 at which the hand has opened, for this many parts [pulses]."""
+    """Return where axis 1 was when the hand opened, for this number of parts [pulses]."""
     found: list[int] = []
     closed = cell.robot.read_port("DO(20)")
     for _ in range(1000):
@@ -83,7 +83,7 @@ def _press(cell: Cell) -> None:
     [("link_down", "link_up"), ("emergency_stop", "emergency_stop_release")],
 )
 def test_a_stopped_job_continues_after_start(event: str, back: str) -> None:
-    """Nothing moves before Start. Then the part is placed, and the next one goes to its place.
+    """Nothing moves before Start. Then the part is placed, and the next part goes to its place.
 
     Source: manual chapter 1, 5.2; chapter 5, 2: the program continues with the interrupted line.
     """

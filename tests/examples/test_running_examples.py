@@ -1,4 +1,4 @@
-"""Examples 08, 10 and 11: programs by name, monitoring, the way back from an emergency stop."""
+"""Examples 08, 10 and 11: programs by name, monitoring, recovery from an emergency stop."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_the_program_of_the_recipe_is_registered_and_runs_and_no_other() -> None
         assert ports.read(mark) == 2
         cell.run("1s")
         assert _running(cell) == []
-        assert cell["Main.Ran"] == "BOX_LARGE", "as the controller says"
+        assert cell["Main.Ran"] == "BOX_LARGE", "the value that the controller reports"
         cell.run("1s")
         assert _running(cell) == ["CLEAN"]
         assert ports.read(mark) == 4
@@ -55,7 +55,7 @@ def test_a_program_that_is_stopped_has_not_come_to_its_end(event: str, fault: in
 
 
 def test_motor_duty_is_seen_on_the_way_and_position_and_torque_after_it() -> None:
-    """Duty: 2 % + 9 % of the maximum torque are 55 % of the rated torque of 20 %.
+    """2 % + 9 % of the maximum torque are 55 % of the rated torque, which is 20 % of the maximum.
 
     Source: guide 4.9.1, 4.7.4, 4.7.12; robot.toml of the example.
     """
@@ -63,9 +63,9 @@ def test_motor_duty_is_seen_on_the_way_and_position_and_torque_after_it() -> Non
         cell.run("1400ms")
         assert (cell["Main.Duty1"], cell["Main.Torques"][:2]) == (10, [2, 4])
         cell.run("500ms")
-        assert 0 < cell.robot.positions[0] < 150_000, "on its way"
+        assert 0 < cell.robot.positions[0] < 150_000, "during the movement"
         assert (cell["Main.Duty1"], cell["Main.Torques"][0]) == (55, 2)
-        assert cell["Main.Shown"][0] == 0.0, "a command that moves lets no other pass"
+        assert cell["Main.Shown"][0] == 0.0, "a moving command keeps its turn"
         cell.run("600ms")
         assert cell["Main.Shown"][:2] == [150.0, -90.0]
         assert cell["Main.Duty1"] == 10
@@ -77,7 +77,7 @@ def test_an_alarm_is_read_once_it_comes_and_the_monitoring_goes_on() -> None:
     assert (cell["Main.Group"], cell["Main.Category"]) == (99, 999)
     assert cell["Main.Robot.SO.SO03_Alarm"]
     assert cell["Main.Fault"] == 0
-    assert cell["Main.Torques"][:2] == [0, 0], "read after the servos went off"
+    assert cell["Main.Torques"][:2] == [0, 0], "the position was read after the servos went OFF"
     assert cell["Main.NewAlarm"] is False
 
 
@@ -118,7 +118,7 @@ def test_after_an_emergency_stop_the_program_goes_on_or_begins_anew_as_the_opera
         begin = ["PROGRAM_RESET", "START", "RUNNING"]
         servo = ["STOPPED", "SERVO_ON", "READY"]
         assert stages == [*servo, *begin, *servo, "START", "RUNNING", *servo, *begin, "READY"]
-        assert cell.robot.machine.ports.read(port("SO(20)")) == 1, "run to its end"
+        assert cell.robot.machine.ports.read(port("SO(20)")) == 1, "the program has run to its end"
         assert cell["Main.Fault"] == 0
         assert not cell.violations
 
@@ -136,7 +136,9 @@ def test_si00_is_off_in_the_scan_of_the_emergency_and_stays_off_until_reset() ->
         cell["Main.CellSafe"] = True
         cell["Main.Start"] = cell["Main.GoOn"] = True
         cell.run("300ms")
-        assert not cell["Main.Robot.SI.SI00_EmergencyStop"], "the circuit alone releases nothing"
+        assert not cell["Main.Robot.SI.SI00_EmergencyStop"], (
+            "closing the circuit alone releases nothing"
+        )
         assert cell["Main.Stage"] == "SAFE_STOPPED"
 
 

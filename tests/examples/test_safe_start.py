@@ -1,4 +1,4 @@
-"""No program that users copy lets the robot move before its CellSafe is wired."""
+"""No program that users copy lets the robot move before CellSafe is wired."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def _texts() -> Iterator[tuple[str, str]]:
 
 
 def _unwired(text: str) -> list[str]:
-    """Return what switches SI(00) or SI(06) ON without wiring: TRUE, or an initial value."""
+    """Return code that switches SI(00) or SI(06) ON without wiring: TRUE, or an initial value."""
     names = {name for given in _PIN.findall(text) for name in re.findall(r"\b[A-Za-z_]\w*", given)}
     on = [name for name in names if re.search(rf"\b{name}\b[^:;]*:\s*BOOL\s*:=\s*TRUE", text)]
     return [*on, *(["TRUE"] if "TRUE" in names else []), *_PINS_ON.findall(text)]

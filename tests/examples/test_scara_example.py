@@ -1,4 +1,4 @@
-"""Example 04 with a real robot: the same program, with points in mm that the arms reach."""
+"""Example 04 with a real robot model: the same program, with points in mm within its reach."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ EXAMPLE = Path(__file__).parents[2] / "plc" / "examples" / "04_pick_and_place"
 def test_parts_are_moved_between_places_in_mm(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The robot is at point 10 left-handed, at point 20 right-handed, as it is designated.
+    """The robot reaches point 10 left-handed and point 20 right-handed, as designated.
 
     Source: remote command guide 4.2.1 and 4.2.19
     """

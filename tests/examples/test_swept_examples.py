@@ -1,6 +1,6 @@
-"""Examples 04 and 07 through every fault that `rcx sweep` knows: a sample of the moments.
+"""Examples 04 and 07 survive every fault of `rcx sweep` at a sample of the moments.
 
-All moments: the same calls without `--every`, `--workers 0` and `--engine`.
+For all moments, use the same calls without `--every`, `--workers 0` and `--engine`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _LONG_FAULTS = (
 )
 _SHORT = ("plc_overrun", "power_cycle", "alarm", "program_end")
 _FAULTS = (*_LONG_FAULTS, *_SHORT, "Main.CellSafe=false")
-#: Length of the good run; that of 07 ends after the last place, when the full pallet is at rest.
+#: Length of the good run. The run of 07 ends after the last place, when the full pallet is idle.
 _RUNS = {"04_pick_and_place": "4200ms", "07_pallet": "9000ms"}
 _HAND, _TRAY = port("DO(20)"), (-60_000, 80_000)
 
@@ -57,7 +57,7 @@ def test_the_example_comes_back_from_every_fault(
 def test_one_that_starts_by_itself_is_found(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The Start that was pressed before the fault counts again after Reset."""
+    """In the changed program, a Start from before the fault counts again after Reset."""
     example = ROOT / "plc/examples/04_pick_and_place"
     text = (example / "PickPlace.st").read_text(encoding="utf-8")
     for before, after in (
@@ -117,7 +117,10 @@ def _closed(cell: Cell) -> bool:
 @pytest.mark.exhaustive(but=["door"])
 @pytest.mark.parametrize("event", ["door", "emergency_stop", "link_down"])
 def test_wherever_it_is_interrupted_the_hand_opens_at_the_tray_only(event: str) -> None:
-    """While it closes, on the way with a part, while it opens. Source: head of FB_PickPlace."""
+    """The fault comes while the hand closes or opens, or while the robot carries a part.
+
+    Source: head of FB_PickPlace.
+    """
     for at_ms in (1240, 1290, 1500, 1780):
         opened = _opened_at(event, at_ms)
         assert len(opened) >= 2

@@ -1,4 +1,4 @@
-"""Examples 12 and 14: two controllers on one PLC, independent but for the area that they share."""
+"""Examples 12 and 14: two controllers on one PLC, independent except for a shared area."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def _away(cell: Cell) -> list[tuple[int, ...]]:
 
 
 def test_never_are_both_robots_on_the_way_to_the_tray_or_at_it() -> None:
-    """A robot that is not at its point 10 is at the tray, or somewhere between.
+    """A robot that is not at its point 10 is at the tray or on its way.
 
     Source: points 10 and 20 of robot1.toml and robot2.toml.
     """
@@ -71,7 +71,7 @@ def test_never_are_both_robots_on_the_way_to_the_tray_or_at_it() -> None:
             out = [k for k in (0, 1) if away[k] != _PLACE[k]]
             assert len(out) < 2, f"both robots are at the tray: {away}"
             visits += [k for k in (0, 1) if away[k] == _TRAY[k] and visits[-1:] != [k]]
-        assert visits == [1, 0, 1, 0], "the second robot is faster at first, and lost its link"
+        assert visits == [1, 0, 1, 0], "the second robot was faster at first, and lost its link"
         assert _placed(cell) == (3, 2)
         assert not cell.violations
 
@@ -85,13 +85,15 @@ def test_while_the_second_robot_has_lost_its_link_the_first_ends_its_part_and_wa
         cell.run("2380ms")
         before = _placed(cell)
         cell.run("1550ms")
-        assert cell["Main.Connected"] is cell["Main.Connected2"] is True, "plugged in again"
+        assert cell["Main.Connected"] is cell["Main.Connected2"] is True, (
+            "the cable is plugged in again"
+        )
         assert cell["Main.Carry2.Cycle.State"] == "WORK_FAULT"
         assert cell["Main.Carry2.Cycle.ErrorID"] == 0x8001
         assert cell["Main.Carry1.Cycle.ErrorID"] == 0
         assert before == (0, 1)
         assert _placed(cell) == (1, 1)
-        assert cell["Main.Carry1.Lock.Busy"], "the second one may have been led to the tray"
+        assert cell["Main.Carry1.Lock.Busy"], "the second robot may have been moved to the tray"
         servo = [cell[f"Main.Robot{k}.SO.SO02_ServoOn"] for k in (1, 2)]
         assert servo == [True, False]
         cell.run_until(lambda: _placed(cell) == (2, 2), within="4s")
@@ -103,7 +105,7 @@ def test_while_the_second_robot_has_lost_its_link_the_first_ends_its_part_and_wa
 def test_the_fault_that_is_shown_is_one_of_the_list_whenever_it_comes(
     name: str, one: str, other: str, fault: str
 ) -> None:
-    """If two blocks end in one scan, the number belongs to one of them; it is never a mixture.
+    """If two blocks end in one scan, the number is that of one block and not a mixture.
 
     Source: docs/reference/errors.md.
     """
@@ -129,7 +131,9 @@ def test_an_emergency_stop_of_one_controller_leaves_the_other_running() -> None:
         cell.run("100ms")
         cell.inject("emergency_stop", controller=2)
         cell.run("100ms")
-        assert cell["Main.Carry2.Cycle.State"] == "WORK_FAULT", "it was on its way to the tray"
+        assert cell["Main.Carry2.Cycle.State"] == "WORK_FAULT", (
+            "the robot was on its way to the tray"
+        )
         assert not cell["Main.Robot1.SO.SO00_EmergencyStop"]
         assert cell["Main.Carry2.Lock.Kept"] is True
         cell.run("2s")
@@ -167,7 +171,7 @@ def test_one_that_is_led_from_its_place_has_the_area_until_it_is_known_to_be_bac
         cell.run_until(lambda: not cell[f"Main.{first}.Lock.Valid"], within="1s")
         cell.run_until(lambda: _away(cell)[0] == _PLACE[0], within="20s")
         cell.run("5s")
-        assert _away(cell) == [_PLACE[0], _TRAY[1]], "the first one waits at its place"
+        assert _away(cell) == [_PLACE[0], _TRAY[1]], "the first robot waits at its place"
         if how == "manual_mode":
             cell.inject("auto_mode", controller=2)
         before = cell[f"Main.{first}.Cycle.Count"], cell[f"Main.{second}.Cycle.Count"]
@@ -175,7 +179,9 @@ def test_one_that_is_led_from_its_place_has_the_area_until_it_is_known_to_be_bac
             _press(cell, name, button)
         cell.run("20s")
         after = cell[f"Main.{first}.Cycle.Count"], cell[f"Main.{second}.Cycle.Count"]
-        assert all(now > then for now, then in zip(after, before, strict=True)), "both go on"
+        assert all(now > then for now, then in zip(after, before, strict=True)), (
+            "both robots continue"
+        )
 
 
 @pytest.mark.exhaustive(but=["14_one_table-Main.Placer"])
@@ -185,7 +191,7 @@ def test_one_that_is_led_from_its_place_has_the_area_until_it_is_known_to_be_bac
 def test_one_that_waits_longer_than_a_minute_for_the_other_is_no_fault(
     name: str, waits: str
 ) -> None:
-    """The pendant of the second robot is plugged in, and its place is not known yet.
+    """The pendant of the second robot is plugged in, so its position is not known yet.
 
     Source: head of TwoRobots.st: a fault of one is not a fault of the other.
     """
@@ -231,9 +237,9 @@ def test_a_part_at_the_one_table_is_taken_before_the_next_is_placed() -> None:
             kept = kept or cell["Main.Taker.Lock.Kept"]
             part = cell["Main.PartOnTable"]
             there += [part] if there[-1:] != [part] else []
-        assert kept, "the emergency stop is while the second robot has the table"
+        assert kept, "the emergency stop comes while the second robot has the table"
         moved = [cell[f"Main.{one}.Cycle.Count"] for one in ("Placer", "Taker")]
-        assert moved == [3, 2], "Stop came while the second robot brought its part away"
+        assert moved == [3, 2], "Stop came while the second robot carried its part away"
         assert there == [False, True] * 3
         assert cell["Main.Placer.Cycle.State"] == cell["Main.Taker.Cycle.State"] == "WORK_IDLE"
         assert not cell.violations
@@ -244,7 +250,7 @@ def test_a_part_at_the_one_table_is_taken_before_the_next_is_placed() -> None:
 def test_it_recovers_from_every_kind_of_fault_at_some_scans(
     example: str, tmp_path: object, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """`rcx sweep` without --every takes all scans. Source: tests/data/sweeps."""
+    """`rcx sweep` without --every uses all scans. Source: tests/data/sweeps."""
     folder, sweeps = ROOT / "plc/examples" / example, ROOT / "tests/data/sweeps"
     robots = [f"--robot={folder / f'robot{k}.toml'}" for k in (1, 2)]
     faults = "emergency_stop,link_down,power_cycle,alarm,plc_stop,plc_power_off"

@@ -1,4 +1,4 @@
-"""The exports of tests of several targets: a part in the quick tests, all in the others."""
+"""Exports for the tests of several targets: a part in the quick tests, all in the others."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from structured_text.export.parts import Sources
     ],
 )
 def whole(request: pytest.FixtureRequest) -> bool:
-    """Export all of the library, or only what the sample needs of it."""
+    """Return whether to export the whole library, or only the parts that the sample needs."""
     return bool(request.param)
 
 
 @pytest.fixture(scope="session")
 def sources(whole: bool) -> Sources:
-    """Return what is exported, read and checked."""
+    """Return the exported sources, read and checked."""
     return sample(whole=whole)

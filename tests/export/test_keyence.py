@@ -1,4 +1,4 @@
-"""`rcx export keyence`: undone, it is the library; every variable is in its table."""
+"""`rcx export keyence`, converted back, gives the library; its tables have every variable."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from structured_text.language.printer import init_text
 
 #: Types in the tables of a public project of KV STUDIO 12 (KV-X520); see docs/how-to/export.md.
 _TYPES = {*("BOOL", "INT", "DINT", "UINT", "UDINT", "REAL", "LREAL", "TIME", "STRING[80]")}
-#: Types of IEC 61131-3, as its tables write them.
+#: IEC 61131-3 types, and their names in the tables.
 _CALLED = {**{one: one for one in ("BOOL", "INT", "DINT", "UINT", "UDINT", "REAL", "TIME",
                                    "RCX_REF")}, "WORD": "UINT", "BYTE": "UINT", "DWORD": "UDINT",
            "STRING": "STRING[80]", "RCX_WORDS": "ARRAY[1..15] OF UINT",

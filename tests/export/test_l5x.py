@@ -1,4 +1,4 @@
-"""`rcx export l5x`: Add-On Instructions that do what the blocks do, in a file for Studio 5000."""
+"""`rcx export l5x` writes Add-On Instructions that behave as the blocks, for Studio 5000."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def root(whole: bool) -> ET.Element:
 
 @pytest.fixture(scope="module")
 def cell(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a file with the first example and what it needs."""
+    """Return a file with the first example and the parts that it needs."""
     output = TARGETS["l5x"].write(example_sources("01_power_up"))
     (file,) = write(output, tmp_path_factory.mktemp("l5x") / "cell.L5X")
     return file
@@ -54,7 +54,7 @@ def test_each_instruction_is_declared_before_it_is_used(root: ET.Element, source
 
 @pytest.mark.exhaustive
 def test_an_import_brings_the_whole_library(tmp_path: Path) -> None:
-    """Every tag is declared, and every value is of the type that its place wants.
+    """Every tag is declared, and every value has the type of its place.
 
     Source: 1756-PM010, importing: the instructions that one refers to come with it.
     """
@@ -99,7 +99,7 @@ def test_structured_text_has_no_ladder_instructions(root: ET.Element) -> None:
 
 
 def test_blocks_begin_anew_when_the_controller_starts(cell: Path) -> None:
-    """Tags keep their values when power is off; the Prescan routine clears all but inputs.
+    """Tags keep their values without power. The Prescan routine clears all but inputs.
 
     Source: 1756-PM010, Prescan routine.
     """
@@ -107,7 +107,7 @@ def test_blocks_begin_anew_when_the_controller_starts(cell: Path) -> None:
     for aoi in root.iter("AddOnInstructionDefinition"):
         name = aoi.attrib["Name"]
         if name.startswith("FC_"):
-            assert aoi.attrib["ExecutePrescan"] == "false", "a function keeps nothing"
+            assert aoi.attrib["ExecutePrescan"] == "false", "a function has no memory"
             continue
         assert aoi.attrib["ExecutePrescan"] == "true"
         cleared = "\n".join(_routine(root, name, "Prescan"))
@@ -173,10 +173,10 @@ def test_bools_of_structures_are_bits_of_hidden_bytes(cell: Path) -> None:
 
 
 def test_started_again_in_the_middle_of_its_work_all_begins_anew(cell: Path) -> None:
-    """The Prescan routines and the first scan leave the state of a new controller.
+    """The Prescan routines and the first scan restore the state of a new controller.
 
-    A controller prescans every instruction, including those behind a FALSE condition. The imported
-    program does it with its first call, so calls of idle blocks are still to come.
+    A controller prescans every instruction, including those after a FALSE condition. The imported
+    program does so with its first call, so calls of idle blocks are still to come.
 
     Source: 1756-PM010, Prescan routine; chapter 5, 3.1: nothing starts by itself.
     """
@@ -216,7 +216,7 @@ def test_started_again_in_the_middle_of_its_work_all_begins_anew(cell: Path) -> 
 
 
 def _drive(program: Program) -> None:
-    """Set CPU_OK and MP RDY ON; the servos do not come on."""
+    """Set CPU_OK and MP RDY ON. The servos do not turn ON."""
     program.write("Main.Connected", True)
     program.write_bytes("Main.InputArea", bytes([0x12]), 32)
 
@@ -229,7 +229,10 @@ _TAGS = {"FirstScan": "RCX_FirstScan", "NoRobot": "RCX_REF", "Robot": "RCX_REF",
 
 
 def test_the_calls_in_the_docs_are_right(cell: Path, tmp_path: Path) -> None:
-    """docs/how-to/export.md: arguments in their order, pins by their names; GSV and CPS aside."""
+    """In docs/how-to/export.md, arguments are in their order and pins have their names.
+
+    GSV and CPS are not checked.
+    """
     page = (ROOT / "docs/how-to/export.md").read_text(encoding="utf-8")
     shown = page.partition("```\nRCX_FirstScan(")[2].partition("```")[0]
     lines = [line.partition("//")[0].rstrip() for line in f"RCX_FirstScan({shown}".splitlines()]

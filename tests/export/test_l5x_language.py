@@ -1,4 +1,4 @@
-"""`rcx export l5x`: Structured Text in the words of Logix, and constructs without a counterpart."""
+"""`rcx export l5x` writes Structured Text for Logix, and refuses what Logix does not have."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def _exported(folder: Path, text: str) -> Output:
 
 
 def _lines(folder: Path, variables: str, statements: str, declared: str = "") -> list[str]:
-    """Return the statements of a block as they are exported."""
+    """Return the exported statements of a block."""
     block = (
         f"FUNCTION_BLOCK FB_Mine\n  VAR\n{variables}\n  END_VAR\n{statements}\nEND_FUNCTION_BLOCK"
     )
@@ -107,7 +107,7 @@ END_FUNCTION
 
 
 def test_a_function_is_called_before_the_statement_that_uses_it(tmp_path: Path) -> None:
-    """Its left-out arguments have their defaults in each call."""
+    """Omitted arguments of the function have their defaults in each call."""
     wanted = ["FC_Limited_1.Value := i;", "FC_Limited_1.Most := 9;", "FC_Limited(FC_Limited_1);"]
     wanted += ["Temp_D1 := FC_Limited_1.FcResult;", "i := Temp_D1 + 1;"]
     assert _lines(tmp_path, "i : DINT;", "i := FC_Limited(Value := i) + 1;", _DOUBLE) == wanted
@@ -237,7 +237,7 @@ def _values(program: Program, scans: int) -> list[dict[str, object]]:
 
 
 def _unsigned(key: str, value: object) -> object:
-    """Return a value as a DINT holds it: a DWORD has the same bits."""
+    """Return a value as a DINT, which has the same bits as the DWORD."""
     return value & 0xFFFFFFFF if key == "bits" and isinstance(value, int) else value
 
 
@@ -255,7 +255,7 @@ def probe(tmp_path: Path) -> tuple[Program, Program]:
 
 
 def test_words_texts_reals_and_timers_keep_their_values(probe: tuple[Program, Program]) -> None:
-    """Bit patterns, wrap-around, signs, rounding, characters, timers: in each of 60 scans."""
+    """Bit patterns, wrap-around, signs, rounding, characters and timers agree in 60 scans."""
     original, back = probe
     wanted = _values(original, 60)
     assert _values(back, 60) == wanted
@@ -279,7 +279,7 @@ def test_words_texts_reals_and_timers_keep_their_values(probe: tuple[Program, Pr
         ("i : INT;", "i := MIN(i, 3);",
          "Mine.st:5: FUNCTION_BLOCK FB_Mine: MIN is not on the list for"),
         ("s : STRING;", f"s := '{'x' * 83}';", "more than 82 characters"),
-        ("a : BOOL;", "IF a THEN\n a := FALSE;\n RETURN;\nEND_IF;", "a RETURN that is not an IF"),
+        ("a : BOOL;", "IF a THEN\n a := FALSE;\n RETURN;\nEND_IF;", "a RETURN that is not the"),
         ("x : DWORD; i : INT;", "x := SHL(x, i);", "a DWORD cannot be shifted by a variable"),
         ("Temp_D1 : BOOL; i : INT;", "i := WORD_TO_INT(SHL(INT_TO_WORD(i), 2));", "uses a name"),
     ],
@@ -287,7 +287,7 @@ def test_words_texts_reals_and_timers_keep_their_values(probe: tuple[Program, Pr
 def test_a_part_that_is_not_carried_is_named(
     tmp_path: Path, variables: str, statement: str, said: str
 ) -> None:
-    """The message also names what needs the part."""
+    """The message also names the blocks that need the part."""
     block = (
         f"FUNCTION_BLOCK FB_Mine\n  VAR\n{variables}\n  END_VAR\n{statement}\nEND_FUNCTION_BLOCK"
     )
@@ -302,7 +302,10 @@ def test_a_part_that_is_not_carried_is_named(
 def test_an_instruction_that_is_not_on_the_list_is_never_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Should the translation forget it. Source: Studio 5000 help, FLL: for ladder only."""
+    """If the translation writes an instruction that Logix lacks, the block is left out.
+
+    Source: Studio 5000 help, FLL: for ladder only.
+    """
     monkeypatch.setattr(l5x_body, "copied", lambda source, target, *_: f"FLL(0, {target}, 1);")
     body = "  VAR\n    a, b : PAIR;\n  END_VAR\n  (* MOV(a) *)\n  a := b;\n"
     output = _exported(

@@ -1,4 +1,4 @@
-"""`rcx export`: what a target does not carry of the user's is named, and stops it."""
+"""`rcx export` reports each part of the user's program that a target cannot carry, and stops."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ CONFIGURATION Config0
 END_CONFIGURATION
 """
 
-_ANEW = "RETAIN: it begins anew when power was off"
+_ANEW = "RETAIN is not exported: a power loss resets it"
 _PIN = "its initial value: set it where you call the block"
 _CONFIGURATION = "93: CONFIGURATION Config0: TASK Slow (line 95), PROGRAM Main (line 96)"
 _BLOCK = "FUNCTION_BLOCK FB_Mine"
 
-#: Constructs that each target does not carry, with their lines, worked out by hand.
+#: Constructs that each target cannot carry, with their lines, by hand.
 _LOST = {
     "st": [],
     "plcopen": [],
@@ -100,7 +100,7 @@ def _export(target: str, file: Path, *options: str) -> int:
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_what_is_not_carried_is_reported(target: str, mine: Path, capsys: Captured) -> None:
-    """Each line has file, line, declaration and the lost part; the exit code is 1."""
+    """Each line has file, line, declaration and the lost part. The exit code is 1."""
     place = mine.parent / target
     assert _export(target, mine) == (1 if _LOST[target] else 0)
     said = capsys.readouterr()
@@ -156,7 +156,7 @@ def test_byte_arrays_of_the_library_stop_no_export(tmp_path: Path, capsys: Captu
 
 
 def test_arrays_and_structures_begin_with_their_values_in_the_first_call(mine: Path) -> None:
-    """Their tables have no place for them: statements set them, before all others."""
+    """The target's tables have no initial values, so statements set them before all others."""
     for target, colour in (("omron", "MINE_COLOUR#GREEN"), ("keyence", "1 (* GREEN *)")):
         body = export(target, program=[mine], only_needed=True).files["program/FB_Mine.st"]
         first = body.partition("IF NOT RcxStarted THEN")[2].partition("END_IF;")[0]
@@ -172,10 +172,12 @@ def test_arrays_and_structures_begin_with_their_values_in_the_first_call(mine: P
             *("Plain[0] := TRUE;", "Plain[3] := TRUE;"),
         ):
             assert f"    {line}\n" in first, (target, line)
-        assert "Plain[1]" not in first, "it begins so anyway"
-        assert "Setup" not in first, "the caller may have set it"
+        assert "Plain[1]" not in first, "the variable has this initial value already"
+        assert "Setup" not in first, "the caller may have set the variable"
         before = body.partition("IF NOT RcxStarted")[0]
-        assert "  Short := 127;\n  Line[1] := 1;\n  Line[2] := 7;\n" in before, "at each call"
+        assert "  Short := 127;\n  Line[1] := 1;\n  Line[2] := 7;\n" in before, (
+            "the value is set at each call"
+        )
 
 
 def test_scl_has_the_values_in_its_declarations_and_the_rest_in_the_first_call(mine: Path) -> None:
@@ -192,8 +194,8 @@ def test_scl_has_the_values_in_its_declarations_and_the_rest_in_the_first_call(m
         "  #Rows[4] := -3;",
     ):
         assert f"{line}\n" in text, line
-    assert "#All.Pair.Top" not in text, "the data type has it"
-    assert "      x : DINT;\n" in text, "a function's input has no value of its own"
+    assert "#All.Pair.Top" not in text, "the data type has the value"
+    assert "      x : DINT;\n" in text, "an input of a function has no initial value"
     assert 'FC_Mine"(x := 1, y := 127)' in text
 
 
@@ -294,7 +296,7 @@ END_PROGRAM
 
 
 def test_l5x_sets_structures_and_arrays_when_the_controller_starts(tmp_path: Path) -> None:
-    """Read back, the program starts and continues with the same values.
+    """The program that is read back starts and continues with the same values.
 
     Source: 1756-PM010, Prescan routine.
     """
@@ -310,7 +312,7 @@ def test_l5x_sets_structures_and_arrays_when_the_controller_starts(tmp_path: Pat
         back.scan(scan * 10_000)
         for path in ("Main.Sum", "Main.It.Lit", "Main.It.Total", "Main.It.All.Text"):
             assert original.read(path) == back.read(path), path
-    assert original.read("Main.It.Lit"), "the values of All and Pairs are there"
+    assert original.read("Main.It.Lit"), "All and Pairs have their values"
     assert back.read("Main.It.Timed") == 2000, "[ms]"
 
 
@@ -343,7 +345,7 @@ def test_twincat_lists_global_variables_and_drops_non_retain(tmp_path: Path) -> 
 def test_a_function_without_a_word_stops_the_export_with_its_line(
     target: str, statement: str, said: str, tmp_path: Path, capsys: Captured
 ) -> None:
-    """Line 6 of the file is that of the statement, 8 that of the program that needs the block."""
+    """Line 6 of the file has the statement. Line 8 has the program that needs the block."""
     file = tmp_path / "Word.st"
     file.write_text(
         "FUNCTION_BLOCK FB_Word\n  VAR\n    i : INT; x : REAL; s : STRING; t : TIME;\n  END_VAR\n"
@@ -406,7 +408,10 @@ def test_l5x_takes_a_function_of_a_structure_that_begins_with_values(given: Path
 
 
 def test_l5x_clears_a_structure_before_it_gets_its_values(tmp_path: Path) -> None:
-    """COP clears it in the Prescan routine. Source: Studio 5000 help, FLL: for ladder only."""
+    """COP clears the structure in the Prescan routine.
+
+    Source: Studio 5000 help, FLL: for ladder only.
+    """
     file = tmp_path / "Mine.st"
     file.write_text(_WHOLE)
     lines = export("l5x", program=[file], only_needed=True).files[""].splitlines()

@@ -1,4 +1,4 @@
-"""`rcx export mitsubishi`: undone, it is the library; every variable is in its table."""
+"""`rcx export mitsubishi`, converted back, gives the library; its tables have every variable."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _TYPES = {
     *("Double Word [Unsigned]/Bit String [32-bit]", "FLOAT [Single Precision]"),
     *("FLOAT [Double Precision]", "Time", "String(80)"),
 }
-#: Types of IEC 61131-3, as the label editor writes them.
+#: IEC 61131-3 types, and their names in the label editor.
 _CALLED = {"BOOL": "Bit", "INT": "Word [Signed]", "DINT": "Double Word [Signed]",
            "WORD": "Word [Unsigned]/Bit String [16-bit]",
            "UINT": "Word [Unsigned]/Bit String [16-bit]",
@@ -39,7 +39,7 @@ _WORDS = {"UINT": "WORD", "UDINT": "DWORD", "BYTE": "WORD"}
 _RENAMED = {"m": "m_X", "n": "n_X", "k": "k_X"} | {
     name: f"{name}_X" for name in ("Out", "Read", "Stop", "Sum")
 }
-#: R_TRIGs of the library: their pin CLK has another name.
+#: Instances of R_TRIG in the library, with the exported name of their pin CLK.
 _EDGES = {
     f"{name}Edge": "_CLK"
     for name in (
@@ -140,7 +140,7 @@ def test_enumerations_are_numbers_with_their_names(files: Mapping[str, str]) -> 
 
 
 def test_a_part_that_is_not_carried_is_named(tmp_path: Path) -> None:
-    """A type that the tool does not have, the blocks that need it, and located variables."""
+    """The messages name a missing type, the blocks that need it, and located variables."""
     program = tmp_path / "Own.st"
     program.write_text(
         "FUNCTION_BLOCK FB_Count\n  VAR_OUTPUT\n    Total : LINT;\n  END_VAR\n"
@@ -155,7 +155,7 @@ def test_a_part_that_is_not_carried_is_named(tmp_path: Path) -> None:
     assert sorted(left_out(output)) == [
         "FUNCTION_BLOCK FB_Above: needs FB_Count, which cannot be exported",
         "FUNCTION_BLOCK FB_Count: GX Works3 has no LINT",
-        "PROGRAM Located: has global or located variables (Q); make it again in the tool",
+        "PROGRAM Located: has global or located variables (Q); declare it again in the tool",
     ]
     assert output.files["program/FB_Carried.st"].endswith("  X1_X := NOT Set_X;\n")
     assert list(_rows(output.files["program/FB_Carried.csv"])) == ["X1_X", "Set_X"]

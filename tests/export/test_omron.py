@@ -1,4 +1,4 @@
-"""`rcx export omron`: put together again from its tables, the library runs as before."""
+"""`rcx export omron`: the library that is built again from its tables runs as before."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _TYPES = {
 }
 _ARRAY = re.compile(r"ARRAY\[(\d[\d., ]+)\] OF (.+)")
 _SECTIONS = {"Input": "VAR_INPUT", "Output": "VAR_OUTPUT", "In/Out": "VAR_IN_OUT"}
-#: Names that are instructions of the tool.
+#: Names that are instructions in the tool.
 _RENAMED = {name: f"{name}_X" for name in ("Clear", "Next", "Out", "Reset")}
 
 
@@ -40,7 +40,7 @@ def _lines(text: str) -> list[list[str]]:
 
 
 class _Again:
-    """Structured Text of the folder; each array type gets a name."""
+    """Structured Text built from the folder, in which each array type gets a name."""
 
     def __init__(self, files: Mapping[str, str]) -> None:
         self._files = files
@@ -92,7 +92,7 @@ class _Again:
 
 
 def test_the_example_runs_after_the_way_back(files: Mapping[str, str], tmp_path: Path) -> None:
-    """Types, defaults and statements of all tables and bodies are in it."""
+    """The tables and bodies contain all types, defaults and statements."""
     again = tmp_path / "again.st"
     again.write_text(_Again(files).text(), encoding="utf-8")
     assert [str(error) for error in check([again])] == []
@@ -102,7 +102,7 @@ def test_the_example_runs_after_the_way_back(files: Mapping[str, str], tmp_path:
 
 
 def test_put_together_again_all_begins_with_the_values_of_the_sources(tmp_path: Path) -> None:
-    """Structures, arrays and named types with initial values, in blocks, functions and VAR_TEMP."""
+    """Structures, arrays and named types have initial values, in blocks, functions and VAR_TEMP."""
     source, again = tmp_path / "Mine.st", tmp_path / "again.st"
     source.write_text(WITH_INITIAL_VALUES)
     again.write_text(_Again(export("omron", program=[source], only_needed=True).files).text())

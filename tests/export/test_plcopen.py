@@ -1,4 +1,4 @@
-"""`rcx export plcopen`: valid TC6 XML 2.01 that comes back as the same blocks."""
+"""`rcx export plcopen` writes valid TC6 XML 2.01, from which the same blocks are imported."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def document(whole: bool, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def back(document: Path) -> list[Path]:
-    """Return the files that `rcx import` makes of it."""
+    """Return the files that `rcx import` makes from it."""
     return imported(document, document.parent / "back")
 
 
@@ -110,7 +110,7 @@ def test_a_users_program_comes_back_whole(
 
 @pytest.fixture(scope="module")
 def schema() -> Callable[[Path], str] | None:
-    """Return the errors that the official schema finds in a file; None without a copy of it."""
+    """Return the errors that the official schema finds in a file, or None without a copy of it."""
     place = os.environ.get("RCX_TC6_XSD")
     if place is None:
         return None

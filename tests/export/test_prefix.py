@@ -1,4 +1,4 @@
-"""`rcx export TARGET --prefix`: the library under other names, in every target the same way."""
+"""`rcx export TARGET --prefix` renames the library in the same way for every target."""
 
 from __future__ import annotations
 
@@ -88,13 +88,13 @@ def _names() -> set[str]:
 
 @cache
 def _renamed(prefix: str) -> Sources:
-    """Return the first example and what it needs, with this prefix."""
+    """Return the first example and the parts that it needs, with this prefix."""
     return sources_of(program=[EXAMPLES[0].folder], only_needed=True, prefix=prefix)
 
 
 def _new(word: str, prefix: str) -> str:
-    """Return a name of the library with its prefix, worked out by hand."""
-    if word.startswith("Zero_"):  # a tag of zeros that Logix copies from
+    """Return a name of the library with its prefix, by hand."""
+    if word.startswith("Zero_"):  # a tag of zeros from which Logix copies
         return f"Zero_{_new(word[5:], prefix)}"
     if word not in _names() or word.startswith(prefix):
         return word
@@ -102,10 +102,10 @@ def _new(word: str, prefix: str) -> str:
 
 
 def _words(files: dict[str, str], prefix: str = "") -> Counter[str]:
-    """Return the words of all files and their names, but not those of texts, paths, ids and dates.
+    """Return the words in all files and file names, without texts, paths, ids and dates.
 
-    An instance that a target makes is called like its function, with a number; what holds the bits
-    of a structure in Logix, with the beginning of the structure's name.
+    An instance that a target creates has the name of its function and a number. In Logix, the
+    member with the bits of a structure has the beginning of the structure's name.
     """
     every = [*files]
     for text in files.values():
@@ -161,7 +161,7 @@ def test_matiec_compiles_it_under_other_names(tmp_path: Path) -> None:
 
 
 def test_names_that_the_user_declares_stay_and_are_meant(tmp_path: Path) -> None:
-    """A block, a member, fields, pins and texts as the library has them, too."""
+    """The names include a block, a member, fields, pins and texts that the library has, too."""
     source = tmp_path / "Mine.st"
     source.write_text(_OWN)
     output = export("st", program=[source], only_needed=True, prefix="Yam_")
@@ -186,7 +186,7 @@ def test_names_that_the_user_declares_stay_and_are_meant(tmp_path: Path) -> None
 
 
 def test_a_literal_of_a_type_with_the_prefix_is_renamed_right(tmp_path: Path) -> None:
-    """RCX_UNIT stays, UNIT_MM does not."""
+    """RCX_UNIT does not change, but UNIT_MM does."""
     source = tmp_path / "Mine.st"
     source.write_text(
         "PROGRAM Main\n  VAR\n    Unit : RCX_UNIT;\n  END_VAR\n"

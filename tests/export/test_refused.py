@@ -1,4 +1,4 @@
-"""`rcx check --for`: what a tool will refuse of a program as it is written."""
+"""`rcx check --for` lists what a tool will refuse in a program as it is written."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _TOOLS = (
     *("codesys", "twincat", "siemens", "rockwell", "omron", "mitsubishi", "keyence", "matiec"),
 )
 
-#: Line 3 has a comment with //, 4 a pointer, 8 another comment, 9 a conversion, 10 a bit and no ;
+#: Lines: 3 a comment with //, 4 a pointer, 8 another comment, 9 a conversion, 10 a bit without `;`.
 _HABITS = """\
 PROGRAM P1
 VAR
@@ -44,7 +44,7 @@ def _check(tool: str, file: Path) -> int:
 
 
 def _found(out: str, file: Path) -> list[tuple[int, bool, str]]:
-    """Return line, whether it is certain, and text of each finding."""
+    """Return line, certainty and text of each finding."""
     pattern = re.compile(rf"{re.escape(str(file))}:(\d+):\d+: (refused|may be refused): (.+)")
     return [(int(one[1]), one[2] == "refused", one[3]) for one in pattern.finditer(out)]
 
@@ -80,7 +80,7 @@ def test_every_finding_has_its_line_and_a_remedy(
     assert [one[:2] for one in found] == [one[:2] for one in expected]
     for (*_, text), (*_, part) in zip(found, expected, strict=True):
         assert part in text
-        assert "; " in text, "it does not say what to write instead"
+        assert "; " in text, "the message does not name a replacement"
 
 
 @pytest.mark.parametrize("tool", _TOOLS)
@@ -127,7 +127,7 @@ def test_a_tool_takes_its_own_files(
 
 
 def test_the_label_of_an_enumeration_stays_one(tmp_path: Path, capsys: Captured) -> None:
-    """CODESYS accepts it, and a constant; other tools get the member's name, never its number.
+    """CODESYS accepts it, and a constant. Other tools get the member's name, never its number.
 
     Source: CODESYS help, CASE (_cds_st_instruction_case.html); design, section 4
     """
@@ -141,7 +141,7 @@ def test_the_label_of_an_enumeration_stays_one(tmp_path: Path, capsys: Captured)
     ((line, _, text),) = _found(capsys.readouterr().out, file)
     assert (line, text.partition("; ")[2]) == (
         8,
-        "declare what it is compared with, or assigned to, as that enumeration",
+        "declare the other operand, or the target, as that enumeration",
     )
     assert _check("matiec", file) == 1
     found = _found(capsys.readouterr().out, file)
@@ -171,7 +171,7 @@ def test_wrong_options_are_one_message(
 
 
 def test_the_table_names_known_constructs_tools_and_sources() -> None:
-    """Each has a source that is shown, and none is both taken and refused."""
+    """Each entry has a source that is shown, and no entry is both accepted and refused."""
     assert tuple(tools()) == _TOOLS
     content = load_toml(CONSTRUCTS_FILE)
     used = set()
@@ -190,7 +190,7 @@ def test_the_table_names_known_constructs_tools_and_sources() -> None:
 
 
 def test_a_construct_without_a_source_is_assumed() -> None:
-    """The construct is neither accepted nor refused: `None`, reported as "may be refused"."""
+    """The construct is neither accepted nor refused (`None`), but reported as "may be refused"."""
     at = Position(1, 1)
     keyence = tools()["keyence"]
     assert all(keyence.verdict(Use(name, Path("x.st"), at)) is None for name in CONSTRUCTS)
@@ -203,6 +203,6 @@ def test_a_construct_without_a_source_is_assumed() -> None:
 
 @pytest.mark.skipif(find_matiec() is None, reason="needs matiec (RCX_MATIEC or PATH)")
 def test_matiec_takes_and_refuses_what_the_table_says(tmp_path: Path) -> None:
-    """Each program has its construct alone; those of `test_constructs` are tried there."""
+    """Each program has a single construct. Those of `test_constructs` are tried there."""
     said = {name: name in tools()["matiec"].takes for name in HABITS}
     assert {name: iec2c_takes(*HABITS[name], tmp_path) for name in HABITS} == said

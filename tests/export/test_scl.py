@@ -1,4 +1,4 @@
-"""`rcx export scl`: the statements are the library's, their names marked as SCL wants them."""
+"""`rcx export scl` writes the statements of the library, with names marked for SCL."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def _block(text: str, name: str) -> str:
 
 
 def _bodies(files: Iterable[Path]) -> dict[str, Any]:
-    """Return the statements of each POU; calls have their arguments by position."""
+    """Return the statements of each POU, with arguments of calls by position."""
     pous = [node for file in files for node in parse(file).declarations if isinstance(node, s.Pou)]
     return {node.name.text: _unnamed(shape(node.body)) for node in pous}
 
@@ -47,7 +47,7 @@ def _unnamed(node: Any) -> Any:
 
 
 def _differing(sources: Sources, text: str, folder: Path) -> list[str]:
-    """Return the POUs whose statements, read back, differ from the sources."""
+    """Return the POUs whose statements differ from the sources after reading them back."""
     file = folder / "cell.scl"
     file.write_text(text, encoding="utf-8")
     parts = sources.of("FUNCTION", "FUNCTION_BLOCK", "PROGRAM")
@@ -71,7 +71,7 @@ def test_statements_come_back_from_scl(sources: Sources, text: str, tmp_path: Pa
 
 
 def test_every_variable_of_the_statements_is_marked(sources: Sources, text: str) -> None:
-    """A bare name would be a tag of the PLC."""
+    """A name without a mark would be a tag of the PLC."""
     for part in sources.of("FUNCTION", "FUNCTION_BLOCK"):
         node = part.node
         assert isinstance(node, s.Pou)

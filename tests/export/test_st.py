@@ -1,4 +1,4 @@
-"""`rcx export st`: one file that is the library, in an order that every compiler takes."""
+"""`rcx export st` writes the library as one file, in an order that every compiler accepts."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_an_existing_file_is_kept_without_force(tmp_path: Path, capsys: Captured
     assert main([*arguments, "--force"]) == 0
     assert capsys.readouterr().out == f"written: {out}\n"
     assert "PROGRAM PowerUp" in out.read_text()
-    assert "FB_ReadTorqueOfMax" not in out.read_text(), "it is not needed"
+    assert "FB_ReadTorqueOfMax" not in out.read_text(), "the block is not needed"
     load([out])
 
 

@@ -1,4 +1,4 @@
-"""Common properties of all targets: examples run from them, and nothing of the library is lost."""
+"""In all targets, exported examples run and no part of the library is lost."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from rcx_tools.docs.examples import Example, examples
 from structured_text.export import TARGETS
 from structured_text.export.output import write
 
-#: Targets that can be read back, with the name of what is written.
+#: Targets that can be read back, with the name of the written file or folder.
 _READ = {"st": "one.st", "plcopen": "one.xml", "twincat": "plc", "scl": "one.scl", "l5x": "one.L5X"}
-#: The quick tier: words, general I/O, texts with arrays of structures.
+#: Examples of the quick tier: words, general I/O, texts with arrays of structures.
 _QUICK = ("01_power_up", "03_general_io", "06_teach_points")
-#: All that can be carried (09 has located variables) where the statements become others.
+#: Examples that can be carried (09 has located variables), for targets that rewrite statements.
 _ALL = [one for one in EXAMPLES if one.name[:2] != "09"]
 _CASES = [(target, one.name) for target in _READ for one in (_ALL if target == "l5x" else EXPORTED)]
 
 _LIB = ROOT / "plc/lib"
-#: A program of SCL is a block, which an OB calls.
+#: In SCL, a program is a block that an OB calls.
 _OB = """\
 DATA_BLOCK "Main"
 {{ S7_Optimized_Access := 'TRUE' }}
@@ -62,7 +62,7 @@ def _files(target: str, example: Example, folder: Path) -> list[Path]:
 @pytest.mark.exhaustive(but=[f"{target}-{name}" for target in _READ for name in _QUICK])
 @pytest.mark.parametrize(("target", "name"), _CASES, ids=lambda one: one)
 def test_an_example_runs_from_what_a_tool_gets(target: str, name: str, tmp_path: Path) -> None:
-    """Read as `rcx run` reads it, without the library: the bytes on the wire are those recorded.
+    """`rcx run` reads the export without the library, and sends the recorded bytes.
 
     Source: docs/how-to/export.md.
     """
@@ -74,7 +74,7 @@ def test_an_example_runs_from_what_a_tool_gets(target: str, name: str, tmp_path:
 @pytest.mark.exhaustive(but=["twincat", "l5x"])
 @pytest.mark.parametrize("target", TARGETS)
 def test_an_export_is_the_same_every_time(target: str) -> None:
-    """Identifiers of TwinCAT and dates of L5X, too.
+    """Two exports are equal, including identifiers of TwinCAT and dates of L5X.
 
     Source: docs/how-to/export.md: made again, a file has not changed.
     """
@@ -105,7 +105,7 @@ _IN_WORDS = {one: f"{one}Words" for one in ("FB_ReadArea", "FB_WriteArea")}
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_a_part_that_is_not_carried_is_named(target: str) -> None:
-    """A task is made in the tool; blocks with an array of BYTE have others for words.
+    """A task is made in the tool. For blocks with an array of BYTE there are blocks with words.
 
     Source: docs/how-to/export.md.
     """

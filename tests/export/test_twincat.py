@@ -1,4 +1,4 @@
-"""`rcx export twincat`: objects that a parser of TwinCAT's files takes, all in the project."""
+"""`rcx export twincat` writes a project with objects that a TwinCAT parser accepts."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def _errors(file: Path) -> list[str]:
 
 
 def test_blark_parses_the_objects(folder: Path) -> None:
-    """Read by a parser of Beckhoff's dialect and file formats, blark."""
+    """The parser blark knows Beckhoff's dialect and file formats."""
     files = [file for file in _objects(folder) if file.stem in _QUICK_OBJECTS]
     assert len(files) == len(_QUICK_OBJECTS)
     for file in files:
@@ -46,13 +46,13 @@ def test_blark_parses_the_objects(folder: Path) -> None:
 
 @pytest.mark.exhaustive
 def test_blark_parses_every_object(folder: Path) -> None:
-    """Read by a parser of Beckhoff's dialect and file formats, blark."""
+    """The parser blark knows Beckhoff's dialect and file formats."""
     for file in _objects(folder):
         assert _errors(file) == [], file.name
 
 
 def test_the_library_comes_back_from_it(folder: Path, sources: Sources, tmp_path: Path) -> None:
-    """Each in the file of its name; a CONFIGURATION is not carried."""
+    """Each object is in the file of its name. A CONFIGURATION is not exported."""
     for file in _objects(folder):
         (element,) = ET.parse(file).getroot()
         assert element.attrib["Name"] == file.stem

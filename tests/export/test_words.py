@@ -25,7 +25,7 @@ from structured_text.export.words import FOLDER, unwritten, words
 from structured_text.language import standard
 from structured_text.language.scalars import ELEMENTARY
 
-#: Names of the second edition; later names are not in the portable subset and are refused.
+#: Names of the second edition. Later names are not in the portable subset and are refused.
 FUNCTIONS, BLOCKS = (
     {key: one for key, one in every.items() if standard.reserved(key)}
     for every in (dict[str, Any](standard.FUNCTIONS), dict[str, Any](standard.BLOCKS))
@@ -77,7 +77,7 @@ def _exported(target: str, folder: Path, text: str) -> tuple[Mapping[str, str], 
 
 
 def _body(target: str, files: Mapping[str, str], name: str) -> str:
-    """Return the statements of a block as a target writes them; empty if it does not write it."""
+    """Return the statements of a block as a target writes them, or an empty text if it does not."""
     if target in ("st", "scl", "plcopen", "l5x"):
         text = files[""]
     else:
@@ -109,7 +109,7 @@ def _root(text: str) -> ET.Element:
 
 
 def _called(body: str) -> set[str]:
-    """Return the names before a parenthesis, without variables and words of statements."""
+    """Return the names before a parenthesis, except variables and words of statements."""
     plain = re.sub(r"'(?:\$.|[^$'])*'|\(\*.*?\*\)", " ", body, flags=re.DOTALL)
     names = re.findall(r'(?<![\w.#"])([A-Za-z_]\w*)\s*\(', plain)
     conversions = tuple(f"{one}_TO_" for one in ELEMENTARY)
@@ -129,7 +129,7 @@ def _listed(target: str) -> set[str]:
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_each_standard_name_is_listed_or_refused(target: str, tmp_path: Path) -> None:
-    """Refused with file, line, name and what to do."""
+    """The refusal has file, line, name and remedy."""
     texts = {
         **{key: _function(key) for key in FUNCTIONS},
         **{key: _instance(key) for key in BLOCKS},
@@ -154,7 +154,7 @@ def test_each_standard_name_is_listed_or_refused(target: str, tmp_path: Path) ->
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_later_functions_and_blocks_are_refused_by_name(target: str, tmp_path: Path) -> None:
-    """A function and a block of those, with file and line; nothing is written."""
+    """The message has file and line of a later function and a later block. Nothing is written."""
     texts = (
         ("ATAN2", 5, _block("A", "", "x := ATAN2(x, x);")),
         ("TON_TIME", 3, _block("B", "One : TON_TIME;", "One(IN := b);")),
@@ -193,14 +193,14 @@ def test_all_of_the_library_is_on_each_list(name: str, sources: Sources) -> None
 @pytest.mark.parametrize("name", [example.name for example in EXAMPLES])
 def test_each_example_is_on_each_list(name: str) -> None:
     parts = example_sources(name).parts
-    located = name.startswith("09")  # that Logix has not: left out there anyway
+    located = name.startswith("09")  # Logix does not have these, and they are left out there
     for listed in set(_LISTS.values()) - ({"logix"} if located else set()):
         assert unwritten(parts, words(listed)) == {}, listed
 
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_calls_of_the_library_are_on_the_list(target: str) -> None:
-    """Read from what is written, not from the sources."""
+    """The calls are read from the export, not from the sources."""
     sources, files = sample(), written(target).files
     own = {part.name for part in sources.parts} | {"RCX_TON", "RCX_R_TRIG", "RCX_FirstScan"}
     parts = sources.of("FUNCTION", "FUNCTION_BLOCK")
@@ -254,7 +254,7 @@ def test_calls_of_the_library_are_on_the_list(target: str) -> None:
 def test_a_standard_function_is_written_in_the_form_of_the_list(
     target: str, statement: str, wanted: str, tmp_path: Path
 ) -> None:
-    """By hand from the vendors' lists; the sources are in `export/words`."""
+    """The expected forms are by hand from the vendors' lists. The sources are in `export/words`."""
     files, left_out = _exported(target, tmp_path, _block("MINE", "", statement))
     assert left_out == ()
     assert wanted in _body(target, files, "FB_MINE")
@@ -296,7 +296,7 @@ def test_a_standard_block_has_the_pins_of_the_list(
     ],
 )
 def test_scl_has_the_types_of_instances(kind: str, declared: str, tmp_path: Path) -> None:
-    """Counters and timers are of a type with the type of their value."""
+    """The types of counters and timers contain the type of their value."""
     files, _ = _exported("scl", tmp_path, _instance(kind))
     assert f"      One : {declared};" in files[""]
 

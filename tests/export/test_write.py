@@ -1,4 +1,4 @@
-"""`rcx export`: how it is written; nothing of the user's is lost, and it does not read itself."""
+"""`rcx export` never loses a user's file and never reads its own output."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _RECORD = "rcx-export.json"
 
 @pytest.fixture
 def plc(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the current folder, whose program needs a function of the library."""
+    """Return the current folder, with a program that needs a function of the library."""
     folder = tmp_path / "plc"
     folder.mkdir()
     (folder / "Mine.st").write_text(_program("FC_RcxWord(LowByte := BYTE#16#01, HighByte := b)"))
@@ -52,10 +52,10 @@ def _texts(folder: Path) -> dict[str, bytes]:
 
 @contextmanager
 def _full() -> Iterator[None]:
-    """Limit each file to 600 bytes, which is what a full disk does to a writer.
+    """Limit each file to 600 bytes, which simulates a full disk.
 
-    Python would cut its files of compiled code, too, and not notice it. So it writes none. The
-    limit ends within the test, since pytest writes its own output right after it.
+    Python would not notice that its files of compiled code are cut, too. Therefore it writes none.
+    The limit ends within the test, since pytest writes its own output right afterwards.
     """
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     with pytest.MonkeyPatch.context() as python:
@@ -100,7 +100,10 @@ def test_a_full_disk_changes_no_folder(plc: Path, capsys: Captured) -> None:
 def test_without_its_record_no_file_of_a_folder_is_written(
     plc: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
-    """A later export would take them for the user's files; the disk is full with the last file."""
+    """Without the record, a later export would treat them as the user's files.
+
+    The disk is full at the last file.
+    """
 
     class Full(FileIO):
         def write(self, data: Any) -> int:
@@ -210,7 +213,8 @@ def test_unneeded_objects_of_an_earlier_export_go(plc: Path, capsys: Captured) -
     }
     assert sum(line.startswith("removed: out/RCX3/") for line in said) == len(all_of_it) - 5
     assert (
-        "kept: out/RCX3/core/FC_RcxOutside.TcPOU, of the export before, but changed since" in said
+        "kept: out/RCX3/core/FC_RcxOutside.TcPOU (from the earlier export, changed since then)"
+        in said
     )
     assert not (plc / "out/RCX3/points").exists(), "no empty folders"
 
@@ -252,7 +256,7 @@ def test_a_record_names_nothing_outside_of_its_folder(plc: Path) -> None:
     ("target", "out"), [("st", "cell.st"), ("st", "a.st"), ("omron", "out"), ("keyence", "plc")]
 )
 def test_an_export_does_not_read_an_earlier_one(plc: Path, target: str, out: str) -> None:
-    """`--program .` is the user's files, however often it is exported."""
+    """`--program .` means the user's files, however often they are exported."""
     assert _export(target, out) == 0
     first = _texts(plc)
     assert _export(target, out, "--force") == 0
@@ -262,7 +266,7 @@ def test_an_export_does_not_read_an_earlier_one(plc: Path, target: str, out: str
 
 
 def test_other_commands_do_not_read_an_export_either(plc: Path, capsys: Captured) -> None:
-    """Twice in the folder, each name would be declared twice."""
+    """If the export were read, each name in the folder would be declared twice."""
     assert _export("st", "cell.st") == 0
     assert _export("keyence", "out", "--allow-missing") == 0
     assert main(["check", "."]) == 0

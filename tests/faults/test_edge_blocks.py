@@ -1,4 +1,4 @@
-"""Nothing hangs, nothing restarts by itself, and every fault has its way back: all edge blocks."""
+"""No edge-triggered block hangs or restarts by itself, and each recovers from every fault."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _MOST_SHOWN = 3
 
 
 def test_every_edge_triggered_block_has_a_scenario() -> None:
-    """Generated blocks are alike (tests/tools/library/test_generated.py), so two represent all."""
+    """Generated blocks are alike (tests/tools/library/test_generated.py), so two stand for all."""
     alike = {path.rpartition("/")[2].removesuffix(".st") for path in generated()}
     assert set(library().edge) - alike == set(SCENARIOS) - {"FB_MovePtp", "FB_ReadPoint"}
 
@@ -39,7 +39,9 @@ _BLOCKS = sorted(set(library().edge) & set(SCENARIOS))
 )
 @pytest.mark.parametrize("block", _BLOCKS)
 def test_a_block_comes_back_from_each_fault_once(block: str) -> None:
-    """Each fault comes in the middle of the work, each answer is missing, late or withdrawn once.
+    """Each fault comes in the middle of the work.
+
+    Each answer is missing, late or withdrawn once.
 
     Source: manual chapter 1, 5; chapter 5, 2 and 3.
     """

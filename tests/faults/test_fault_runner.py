@@ -1,4 +1,4 @@
-"""Check that the fault runs can fail: each library has one fault, which a run must report."""
+"""The fault runs detect faults: each library has a fault that a run must report."""
 
 from __future__ import annotations
 

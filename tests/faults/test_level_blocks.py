@@ -1,4 +1,4 @@
-"""Level blocks under faults: with Enable one of Valid, Busy and Error, and none without."""
+"""Level blocks under faults have one of Valid, Busy and Error with Enable, and none without."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fault_cell import TIMEOUT_SCANS, CaseFailure, FaultCell, library
 from fault_run import FAULTS, Fault
 from fault_scenarios import LEVELS
 
-#: Scans from Enable on in which a fault comes, and in which Enable falls.
+#: Scans after Enable in which a fault comes, and in which Enable falls.
 _MOMENTS = (*range(7), 14)
 _STEADY = 150
 _ENABLES: dict[str, Callable[[int, int], bool]] = {
@@ -24,7 +24,7 @@ _ENABLES: dict[str, Callable[[int, int], bool]] = {
 
 
 class _Level:
-    """A level block in its cell, prepared."""
+    """A prepared level block in its cell."""
 
     def __init__(self, block: str) -> None:
         self.block, self.scenario = block, LEVELS[block]
@@ -32,7 +32,7 @@ class _Level:
             block, self.scenario.inputs, self.scenario.helpers, self.scenario.robot
         )
         self.scenario.prepare(self.cell)
-        for _ in range(13):  # the interval since the last change passes: the sequence is short
+        for _ in range(13):  # until the interval since the last change has passed
             self.cell.scan()
         self.start = self.cell.cell.snapshot()
 
@@ -90,7 +90,7 @@ _BLOCKS = sorted(set(library().level) & set(LEVELS))
 
 @pytest.mark.parametrize("block", _BLOCKS)
 def test_a_level_block_comes_back_from_each_fault_once(block: str) -> None:
-    """Each fault comes in scan 3; the patterns of Enable take turns, and so does the answer.
+    """Each fault comes in scan 3. The patterns of Enable alternate, and so do the answers.
 
     Source: manual chapter 1, 5; chapter 5, 2.
     """

@@ -1,4 +1,4 @@
-"""`rcx scan`: what it prints, and that it writes on request only."""
+"""`rcx scan` prints a controller's data, and writes only on request."""
 
 from __future__ import annotations
 
@@ -21,20 +21,13 @@ from rcx_harness.enip.originator.scanner import Assemblies, Received, Scanner
 from rcx_harness.enip.target.adapter import Adapter
 from rcx_harness.look.look import ScanOptions, output_image
 from rcx_harness.look.look import scan as look
-from rcx_harness.look.text import (
-    area_lines,
-    byte_change_lines,
-    change_lines,
-    identity_lines,
-    telegram_lines,
-)
 from rcx_harness.trace import Scan, read_trace
 from structured_text.errors import InputError
 
 Captured = pytest.CaptureFixture[str]
 Run = Callable[..., int]
 
-#: Bytes 32 and 33: CPU_OK, MP RDY, AUTO mode; bit 0 of byte 34: SO(20); word 2: 0x1234.
+#: Bytes 32 and 33: CPU_OK, MP RDY, AUTO mode. Bit 0 of byte 34: SO(20). Word 2: 0x1234.
 OUTPUTS = bytes([0, 0, 0, 0, 0x34, 0x12]) + bytes(26) + bytes([0x12, 0x01, 0x01]) + bytes(13)
 
 
@@ -47,9 +40,9 @@ def running() -> Iterator[Adapter]:
 
 @pytest.fixture
 def adapter(running: Adapter) -> Adapter:
-    """Return the adapter without a connection, with assembly 150 all 0."""
+    """Return the adapter without a connection, and with assembly 150 all 0."""
     waiting = threading.Event()
-    while running.shared.status().connections:  # the close of the last one is under way
+    while running.shared.status().connections:  # the previous connection is still closing
         waiting.wait(0.001)
     running.shared.to_robot.write(bytes(48))
     return running
@@ -92,14 +85,14 @@ def test_identity_comes_first_then_both_areas_and_the_telegram(
 
 
 def test_without_write_nothing_is_written(scan: Run, adapter: Adapter) -> None:
-    """An Input Only connection sends no data; a master keeps its robot."""
+    """An Input Only connection sends no data, so that a master keeps its robot."""
     before = bytes(range(48))
     adapter.shared.to_robot.write(before)
     version, generation = adapter.shared.to_robot.version, adapter.shared.status().generation
     assert scan(duration="50ms") == 0
     assert adapter.shared.to_robot.read() == before
     assert adapter.shared.to_robot.version == version
-    assert adapter.shared.status().generation == generation, "it has been an owner"
+    assert adapter.shared.status().generation == generation, "the scanner has been an owner"
 
 
 def test_a_master_is_not_disturbed(scan: Run, adapter: Adapter, capsys: Captured) -> None:
@@ -117,13 +110,13 @@ def test_a_master_is_not_disturbed(scan: Run, adapter: Adapter, capsys: Captured
         error = capsys.readouterr().err
         assert "0x0106, another master owns the outputs" in error
         assert error.endswith(
-            "; another master has it: disconnect that first, or leave --write out\n"
+            "; another master owns the robot: disconnect that master first, or leave --write out\n"
         )
         assert adapter.read_to_robot() == output_image(["SI00=1"], 48)
 
 
 def test_with_write_it_is_the_master(scan: Run, adapter: Adapter, capsys: Captured) -> None:
-    """Everything else is 0."""
+    """All other data are 0."""
     assert scan("--write", "SI00=1", "--write", "SIW(2)=5", duration="200ms") == 0
     out = capsys.readouterr().out
     assert "exclusive owner connection" in out
@@ -196,7 +189,7 @@ def test_a_refused_interval_or_size_comes_with_one_to_try(
     size: int,
     hint: str,
 ) -> None:
-    """A byte of meaning for each direction, then the two intervals in words.
+    """The status has a byte of meaning for each direction, then the two intervals in words.
 
     Source: CIP volume 1, chapter 3, 5.6, extended status 0x112; the words are admission.py's;
     0x109, 0x127 and 0x128: a size
@@ -280,7 +273,7 @@ def test_each_option_reaches_the_scan(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_wrong_options_are_reported_before_anything_is_sent(
     capsys: Captured, monkeypatch: pytest.MonkeyPatch, options: list[str], message: str
 ) -> None:
-    monkeypatch.setattr(cli_scan, "look", lambda options, tell: pytest.fail("it was asked"))
+    monkeypatch.setattr(cli_scan, "look", lambda options, tell: pytest.fail("the scan was started"))
     assert main(["scan", "127.0.0.1", *options]) == 2
     error = capsys.readouterr().err
     assert error.startswith(f"rcx: {message}")
@@ -313,7 +306,7 @@ def other(monkeypatch: pytest.MonkeyPatch) -> Iterator[Adapter]:
 
 
 def test_an_adapter_of_another_size_is_shown_as_bytes(other: Adapter, capsys: Captured) -> None:
-    """Larger than 511 bytes: by Large Forward Open."""
+    """An area of more than 511 bytes needs a Large Forward Open."""
     host, port = other.address
     options = ["--port", str(port), "--input-size", "600", "--for", "0s"]
     assert main(["scan", host, *options]) == 0
@@ -358,7 +351,7 @@ def test_changes_of_other_sizes_are_shown_by_their_bytes(other: Adapter) -> None
 def test_the_assemblies_bear_their_numbers_and_one_that_cannot_be_read_says_so(
     running: Adapter, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The scanner is connected to 100 and 150, as another adapter would allow 101 and 151."""
+    """The scanner uses 100 and 150, and another adapter would allow 101 and 151."""
     forward_open = OpenRequest.forward_open
     monkeypatch.setattr(
         *(OpenRequest, "forward_open"),
@@ -371,10 +364,6 @@ def test_the_assemblies_bear_their_numbers_and_one_that_cannot_be_read_says_so(
     assert "robot to master (assembly 101, the area from m)" in told
     at = told.index("master to robot (assembly 151, the area from n)")
     assert told[at + 1] == "  cannot be read"
-
-
-def test_changed_bytes_are_shown_by_their_number() -> None:
-    assert list(byte_change_lines(bytes(3), b"\x00\x0a\xff")) == ["byte 1 = 0x0A", "byte 2 = 0xFF"]
 
 
 @pytest.mark.exhaustive(but=["5", "none"])
@@ -392,74 +381,6 @@ def test_the_connection_points_can_be_named(scan: Run, adapter: Adapter, capsys:
     assert "name it with --input-instance" in error
     assert scan("--output-instance", "151", "--write", "SI00=1") == 2
     assert "0x012A" in capsys.readouterr().err
-
-
-def test_changes_are_shown_with_their_names() -> None:
-    after = bytearray(OUTPUTS)
-    after[32] ^= 0x06
-    after[0:2] = b"\x00\x02"
-    after[35] = 0x80
-    assert list(change_lines(OUTPUTS, bytes(after), "O")) == [
-        "SO(01) off  CPU_OK status output",
-        "SO(02) ON  Servo ON status output",
-        "SOW(0) = 16#0200",
-        "SO(37) = 1",
-    ]
-    assert list(change_lines(OUTPUTS, OUTPUTS, "O")) == []
-
-
-def test_an_area_lists_every_dedicated_bit_and_what_is_not_0() -> None:
-    lines = list(area_lines(bytes(48), "I"))
-    assert lines[0] == "  SI(00) off  Emergency stop input"
-    assert lines[-1] == "  all others 0"
-    area = bytearray(48)
-    area[45] = 0x81
-    assert list(area_lines(bytes(area), "I"))[-1] == "  not 0: SI(150) = 1, SI(157) = 1"
-
-
-def test_the_last_telegram_is_shown_in_plain_words() -> None:
-    """Source: guide chapter 2, example: to point 19 at 50 %."""
-    words = ["SIW(0)=1", "SIW(2)=4", "SIW(3)=50", "SIW(4)=19"]
-    request = output_image(words, 48)
-    assert list(telegram_lines(bytes(48), request)) == [
-        "  MovePtp (16#R001): MOVE, PTP, point designation; axes 4, speed 50, point 19",
-        "  not taken yet",
-    ]
-    answered = b"\x00\x02" + bytes(46)
-    assert list(telegram_lines(answered, request))[1] == "  normal end"
-    assert list(telegram_lines(bytes(48), bytes(48))) == ["  no command, ready for one"]
-    alarm = b"\x00\x40\x0c\x00\x58\x02" + bytes(42)
-    (line,) = telegram_lines(alarm, None)
-    assert line.startswith("  remote status 16#4000: abnormal end, alarm 12.600")
-
-
-_TAIL = ": vendor 636, device type 43, product code 5, revision 1.1, serial number 16#12345678"
-_ESCAPES = b"\x1b[2J\r\nrcx: fake\x9b31m\xe9"
-_NO_MASTER = "owned by no master, no I/O connection"
-
-
-@pytest.mark.parametrize(
-    ("status", "name", "lines"),
-    [
-        ("3000", b"RCX", [f"RCX{_TAIL}", f"status 16#0030: {_NO_MASTER}"]),
-        ("6100", b"RCX",
-         [f"RCX{_TAIL}", "status 16#0061: owned by a master, an I/O connection is in run"]),
-        ("0000", b"RCX", [f"RCX{_TAIL}", "status 16#0000: owned by no master"]),
-        ("3000", b"", [f"(no name){_TAIL}", f"status 16#0030: {_NO_MASTER}"]),
-        # A name is a text of ISO 8859-1 from whatever device answers.
-        ("3000", _ESCAPES,
-         [f"\\x1b[2J\\r\\nrcx: fake\\x9b31m\u00e9{_TAIL}", f"status 16#0030: {_NO_MASTER}"]),
-        ("", b"", ["identity: 7c 02"]),
-    ],
-    ids=["no connection", "a master in run", "no master", "no name", "escapes", "cut short"],
-)  # fmt: skip
-def test_the_identity_is_shown_in_words(status: str, name: bytes, lines: list[str]) -> None:
-    attributes = bytes.fromhex("7C02")
-    if status:
-        attributes += bytes.fromhex(f"2B00 0500 0101 {status} 78563412")
-        attributes += bytes([len(name)]) + name
-    assert list(identity_lines(attributes)) == lines
-    assert all(line.isprintable() for line in lines)
 
 
 @pytest.mark.parametrize("written", [b"", b"\1\2"])
@@ -504,12 +425,12 @@ def test_a_wrong_value_to_write_is_bad_input(entry: str, message: str) -> None:
     with pytest.raises(InputError) as refused:
         output_image([entry], 48)
     assert message in str(refused.value)
-    assert "SOW" not in str(refused.value), "an output is no remedy"
+    assert "SOW" not in str(refused.value), "the hint must not name an output word"
 
 
 @pytest.mark.exhaustive
 def test_a_lost_connection_is_reported() -> None:
-    """The adapter goes while the scan looks."""
+    """The adapter ends while the scan runs."""
     told: list[str] = []
     with Adapter(48, cyclic=0) as adapter:
         host, port = adapter.address
@@ -525,7 +446,7 @@ def test_a_lost_connection_is_reported() -> None:
 
 
 def test_a_dead_process_is_reported(running: Adapter, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A loss of the connection names this cause; before the first packet it is an error."""
+    """The loss of the connection names this cause. Before the first packet, it is an error."""
     told: list[str] = []
     made: list[Scanner] = []
     open_ = Scanner.open
@@ -575,7 +496,7 @@ def test_a_lost_connection_ends_with_1(
 
 
 def test_the_trace_begins_and_ends_with_a_look(scan: Run, adapter: Adapter, tmp_path: Path) -> None:
-    """A reader does not know what the master writes: `si` is empty."""
+    """The reader cannot know what the master writes, so `si` is empty."""
     file = tmp_path / "scan.jsonl"
     assert scan("--trace", str(file), duration="30ms") == 0
     header, records = read_trace(file)

@@ -1,16 +1,14 @@
-"""FB_Interlock: who may go into a shared area; the test sets what the blocks see of a robot."""
+"""FB_Interlock decides which robot may enter a shared area.
+
+The tests set the data that the blocks have of a robot.
+"""
 
 from __future__ import annotations
-
-import tempfile
-from pathlib import Path
 
 import pytest
 
 from both_engines import ENGINES
-from plc_bench import LIBRARY
-from structured_text.engines import build
-from structured_text.projects.needed import needed
+from plc_bench import compiled
 
 _ROBOTS = (1, 2, 3)
 _NOT_CONNECTED, _NOT_READY, _SERVOS_OFF = 0x8001, 0x8002, 0x800C
@@ -18,7 +16,7 @@ _NOT_GRANTED, _KEPT, _INTRUDER = 0x8078, 0x8079, 0x807A
 
 
 class Table:
-    """Three robots at one area, called in this order every 10 ms; all are outside at first."""
+    """Three robots at one area, called in this order every 10 ms. All are outside at first."""
 
     def __init__(self, engine: str = "auto", outside: bool = True) -> None:
         held = "".join(
@@ -33,14 +31,11 @@ class Table:
             f"  IF Twice{k} THEN\n    Lock{k}(Robot := Robot{k}, Area := Area);\n  END_IF;\n"
             for k in _ROBOTS
         )
-        with tempfile.TemporaryDirectory() as folder:
-            file = Path(folder) / "Table.st"
-            file.write_text(
-                f"PROGRAM Table\n  VAR\n    Area : RCX_SHARED_AREA;\n{held}  END_VAR\n"
-                f"{calls}END_PROGRAM\n",
-                encoding="utf-8",
-            )
-            self._program = build([file, *needed([file], LIBRARY)], engine).program
+        self._program = compiled(
+            f"PROGRAM Table\n  VAR\n    Area : RCX_SHARED_AREA;\n{held}  END_VAR\n"
+            f"{calls}END_PROGRAM\n",
+            engine,
+        )
         self._now_us = 0
         for k in _ROBOTS:
             self.ready(k)
@@ -58,7 +53,7 @@ class Table:
             self[f"Robot{robot}.{name}"] = True
 
     def scan(self, count: int = 1) -> str:
-        """Run scans; what the three show after the last."""
+        """Run scans, and return the outputs of the three blocks after the last scan."""
         for _ in range(count):
             self._program.scan(self._now_us)
             self._now_us += 10_000
@@ -66,7 +61,7 @@ class Table:
 
     @property
     def shown(self) -> str:
-        """Return one letter per robot for Valid, Busy, Error or none, with * while it holds."""
+        """Return a letter per robot for Valid, Busy, Error or none, and * while it holds."""
         letters = []
         for k in _ROBOTS:
             on = [name[0] for name in ("Valid", "Busy", "Error") if self[f"Lock{k}.{name}"]]
@@ -78,7 +73,7 @@ class Table:
         return self[f"Lock{robot}.ErrorID"]
 
     def want(self, *robots: int) -> None:
-        """Enable of these becomes TRUE, in this order, a scan apart."""
+        """Set Enable of these robots in this order, in successive scans."""
         for one in robots:
             self[f"Lock{one}.Enable"] = True
             self.scan()
@@ -96,7 +91,7 @@ class Table:
 
 
 def _table(*wanting: int, engine: str = "auto") -> Table:
-    """Return a table of robots that asked one by one, after two scans with nobody in the area."""
+    """Return a table of robots that requested the area in turn, two scans after it was empty."""
     table = Table(engine)
     assert table.scan(2) == "- - -"
     table.want(*wanting)
@@ -157,7 +152,7 @@ def test_it_is_held_until_the_robot_is_outside() -> None:
 
 
 def test_outside_alone_does_not_release_it() -> None:
-    """The robot may have the grant and be on its way in, or go in again."""
+    """The robot may have the grant and be on its way in, or enter again."""
     table = _table(1, 2)
     for outside in (False, True):
         table["Lock1.Outside"] = outside
@@ -176,7 +171,7 @@ def test_after_a_start_of_the_plc_no_place_is_known_until_it_is_shown() -> None:
 
 
 def test_in_the_first_scan_no_robot_is_let_in() -> None:
-    """The instances that are called later have not shown yet that they hold it."""
+    """The blocks that are called later have not shown yet whether they hold the area."""
     table = Table()
     table["Lock1.Enable"] = True
     table["Lock3.Outside"] = False
@@ -195,7 +190,7 @@ def test_two_that_may_both_be_inside_wait_for_each_other_until_one_is_outside() 
 
 
 def test_a_robot_inside_comes_before_those_that_wait() -> None:
-    """Else it and the first that waits would wait for each other."""
+    """A robot inside gets the area first, because the others wait for it to leave."""
     table = Table(outside=False)
     table["Lock1.Outside"] = table["Lock3.Outside"] = True
     table.scan(2)
@@ -241,7 +236,7 @@ def test_a_robot_lost_in_the_area_holds_it_until_acknowledge(signal: str, number
 
 
 def test_a_robot_that_stands_in_the_area_without_enable_keeps_it_too() -> None:
-    """The robot holds the area until it is outside; meanwhile its link is lost."""
+    """The robot holds the area until it is outside. Its link is lost in the meantime."""
     table = _table(1)
     table["Lock1.Outside"] = False
     table.leave(1)
@@ -311,7 +306,7 @@ def test_a_waiting_robot_that_is_lost_gives_its_place_up() -> None:
 
 
 def test_a_place_that_is_not_known_any_more_counts_as_inside() -> None:
-    """A position bit goes FALSE with the link. The earlier position, outside, is not remembered."""
+    """A position bit goes FALSE with the link. The earlier position, outside, is not used."""
     table = _table()
     table["Robot2.Connected"] = table["Lock2.Outside"] = False
     assert table.scan() == "- -* -"
@@ -336,7 +331,7 @@ def test_a_waiting_robot_that_enters_is_an_error_and_takes_valid_away() -> None:
 
 
 def test_a_wait_has_a_limit() -> None:
-    """T#300ms are 30 scans."""
+    """T#300ms are 30 scans of 10 ms."""
     table = _table()
     table["Lock2.Timeout"] = "T#300ms"
     table.want(1, 2, 3)
@@ -379,7 +374,7 @@ def test_a_limit_counts_anew_for_each_wait() -> None:
     assert table.scan(10) == "B* - -*"
     assert table.scan() == "E* - -*"
     table["Lock3.Outside"] = True
-    assert table.scan(3) == "E - -", "it was outside, and has no grant any more"
+    assert table.scan(3) == "E - -", "the robot was outside and has no grant any more"
 
 
 def test_a_waiting_robot_that_is_not_called_any_more_is_passed_over() -> None:
@@ -387,12 +382,15 @@ def test_a_waiting_robot_that_is_not_called_any_more_is_passed_over() -> None:
     table["Skip2"] = True
     table.scan(3)
     table.leave(1)
-    assert table.scan() == "- B V*", "2 shows what it did when it was called last"
+    assert table.scan() == "- B V*", "block 2 shows its outputs of the last call"
 
 
 @pytest.mark.parametrize("number", [100, 65_531])
 def test_a_robot_that_was_not_called_while_it_waited_is_the_last(number: int) -> None:
-    """The scan numbers may start again at 0 with the call after that."""
+    """A robot that is not called for a while goes to the end of the queue.
+
+    This includes scan numbers that restart at 0 with the next call.
+    """
     table = _table()
     table["Robot2.Inner.Scan"] = number
     table.want(1, 2, 3)
@@ -433,7 +431,10 @@ def test_requests_that_are_given_up_in_one_scan_cost_nothing_either() -> None:
 
 @pytest.mark.parametrize("pause", [1, 2])
 def test_a_robot_that_waits_again_does_not_hold_up_the_first(pause: int) -> None:
-    """What the robot saw in its last wait is outdated. The area passes on within the scan."""
+    """Data from the robot's last wait are outdated.
+
+    The area passes to the first robot in this scan.
+    """
     table = _table(2, 3, 1)
     table["Lock1.Enable"] = False
     table.scan(pause)
@@ -442,7 +443,10 @@ def test_a_robot_that_waits_again_does_not_hold_up_the_first(pause: int) -> None
 
 
 def _with_a_fourth_robot() -> Table:
-    """Return a table in which a fourth robot has the area; 1, 3 and 2 wait in this order."""
+    """Return a table in which a fourth robot has the area.
+
+    Robots 1, 3 and 2 wait in this order.
+    """
     table = _table()
     table["Area.Holders"] = 1
     table.want(1, 3, 2)
@@ -461,7 +465,7 @@ def test_if_the_first_is_not_called_any_more_the_others_keep_their_order() -> No
 
 
 def test_the_next_one_has_its_turn_in_the_scan_in_which_the_first_gives_up() -> None:
-    """The area becomes free, and no other robot can take it in between."""
+    """No other robot can take the free area in between."""
     table = _with_a_fourth_robot()
     table["Area.Holders"] = 0
     table.leave(1)
@@ -505,13 +509,15 @@ def test_enable_in_every_second_scan_takes_no_place_of_another_robot() -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_block_that_is_called_twice_in_a_scan_is_an_error(engine: str) -> None:
-    """Else its Timeout would pass at double speed, and it would lose its place each time.
+    """A second call in a scan is an error: it would double the speed of the Timeout.
+
+    The robot would also lose its place each time.
 
     Source: docs/reference/errors.md, 16#8016; head: called once in every scan
     """
     table = _table(engine=engine)
     table["Twice3"] = True
-    assert table.scan(5) == "- - -", "what asks for nothing is in no way"
+    assert table.scan(5) == "- - -", "a block without a request does not matter"
     table["Twice3"] = False
     table.want(1, 2)
     assert table.shown == "V* B -"

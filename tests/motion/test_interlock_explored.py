@@ -1,6 +1,6 @@
-"""FB_Interlock: the exploration of all its states within small bounds, and what it must find.
+"""FB_Interlock is explored in all its states within small bounds, and bugs are detected.
 
-`make explore` goes to the end of every model.
+`make explore` explores each model to its end.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ def test_two_robots_are_explored_to_the_end() -> None:
 
 @pytest.mark.exhaustive
 def test_a_robot_that_keeps_asking_is_let_in_once_the_other_has_left() -> None:
-    """In each scan the other robot is called again, gives up, or is outside.
+    """In each scan the other robot requests again, gives up, or is outside.
 
-    Robot 2 is called after robot 1, so it enters in the scan in which robot 1 leaves; robot 1
+    Robot 2 is called after robot 1, so it enters in the scan in which robot 1 leaves. Robot 1
     enters one scan later.
     """
     pair = InterlockModel("pair", "two robots", robots=2, moves=("go", "out", "called"))

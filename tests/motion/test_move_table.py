@@ -1,4 +1,7 @@
-"""FB_MoveTable: what rows send, their order and arrivals; the test plays the controller."""
+"""FB_MoveTable: the telegrams of rows, their order and arrivals.
+
+The test plays the controller.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,7 @@ from table_bench import (
     started,
 )
 
-# ---- what a row sends
+# ---- the telegram of a row
 
 _ARCH = {"ArchPosition": 1.0, "ArchDistance1": 2.0, "ArchDistance2": 70.0}
 _DIRECT = {"Position[1]": 10.0, "Position[2]": -20.0, "Position[6]": 0.001}
@@ -67,7 +70,7 @@ _RAMPS = {"Acceleration": 30, "Deceleration": 40}
     ],
 )  # fmt: skip
 def test_each_kind_of_row_is_its_telegram(row: Row, words: list[int], engine: str) -> None:
-    """The table accepts a normal and an abnormal end.
+    """The table accepts a normal end and an abnormal end.
 
     Source: guide 4.2.1, 4.2.2, 4.2.5, 4.5.1, the tables of the commands.
     """
@@ -89,7 +92,7 @@ def test_each_kind_of_row_is_its_telegram(row: Row, words: list[int], engine: st
     plc["Table.Execute"] = False
     plc.scan()
     assert (plc["Table.AlarmGroup"], plc["Table.AlarmCategory"]) == (0, 0)
-    assert plc["Table.Row"] == 1, "it is kept until the next start"
+    assert plc["Table.Row"] == 1, "the value stays until the next start"
 
 
 @pytest.mark.parametrize(
@@ -112,10 +115,10 @@ def test_a_number_that_is_not_there_ends_the_row_without_a_telegram(row: Row) ->
     assert plc.words == [0] * 16
 
 
-# ---- which rows, in which order
+# ---- the order of rows
 
 
-#: A table of four rows; the same with old rows after MOVE_END; an empty table; a full array.
+#: Tables: four rows; the same with old rows after MOVE_END; an empty table; a full array.
 _FOUR, _LEFT = rows_to(1, 2, 3, 4), [*rows_to(1, 2), {}, *rows_to(4, 5)]
 _NONE, _ALL = [{}, *rows_to(2)], rows_to(*range(1, 51))
 
@@ -150,7 +153,7 @@ _NONE, _ALL = [{}, *rows_to(2)], rows_to(*range(1, 51))
 def test_the_rows_run_one_after_the_other(
     rows: list[Row], pins: dict[str, Any], points: list[int], engine: str
 ) -> None:
-    """The table runs from StartRow to MOVE_END, Rows or the end of the array, or back to row 1.
+    """The table runs from StartRow to MOVE_END, to Rows or to the end of the array, or repeats.
 
     Source: RCX_MOVE_KIND; RCX_MOVES: rows 1 to 50; the block's pins.
     """
@@ -172,7 +175,7 @@ def test_backwards_the_first_row_that_is_held_is_the_last_of_the_table() -> None
 @pytest.mark.parametrize("back", [False, True])
 @pytest.mark.parametrize("row", [4, 5, 50])
 def test_a_start_behind_the_end_of_the_table_is_refused(row: int, back: bool, engine: str) -> None:
-    """Row 3 is MOVE_END. Source: RCX_MOVE_KIND."""
+    """The start row is row 3, which is MOVE_END. Source: RCX_MOVE_KIND."""
     plc = started(*rows_to(1, 2), {}, *rows_to(4, 5), engine=engine, StartRow=row, Backwards=back)
     plc.scan()
     assert (shown(plc), plc["Table.ErrorID"]) == ("Error", 0x8051)
@@ -192,7 +195,7 @@ def test_a_start_behind_the_end_of_the_table_is_refused(row: int, back: bool, en
 def test_a_start_in_a_fault_ends_in_it_also_where_nothing_is_to_be_done(
     pin: str, value: bool, error: int, row: int, engine: str
 ) -> None:
-    """The table is empty or at MOVE_END; the cause may have gone in the next scan.
+    """The table is empty or at MOVE_END. The cause of the fault may be gone in the next scan.
 
     Source: pin Error: refused, broken off
     """
@@ -213,7 +216,10 @@ def test_a_start_in_a_fault_ends_in_it_also_where_nothing_is_to_be_done(
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_fault_during_the_last_row_leaves_the_table_done(engine: str) -> None:
-    """If the last row ends normally, nothing is missing. Source: pin Done: all rows are done."""
+    """After the last row has ended normally, no work remains that the fault could interrupt.
+
+    Source: pin Done: all rows are done.
+    """
     plc = moving(*rows_to(1), engine=engine)
     plc["Table.Abort"] = True
     plc.scan(5)
@@ -222,7 +228,7 @@ def test_a_fault_during_the_last_row_leaves_the_table_done(engine: str) -> None:
 
 
 def test_rows_that_come_while_the_table_runs_are_run() -> None:
-    """The end is where MOVE_END is when the row would begin. Source: pin Moves."""
+    """The table ends if MOVE_END is in the row that would begin. Source: pin Moves."""
     plc = started(*rows_to(1))
     plc["Moves[2].Kind"], plc["Moves[2].Point"] = "MOVE_PTP", 2
     assert runs(plc) == [1, 2]
@@ -238,7 +244,7 @@ def test_rows_that_come_while_the_table_runs_are_run() -> None:
      {"MovesSize": 49}],
 )  # fmt: skip
 def test_a_row_that_the_table_does_not_have_is_refused(pins: dict[str, Any], engine: str) -> None:
-    """MovesSize cannot exceed the number of rows in RCX_MOVES.
+    """The number MovesSize must not exceed the rows of RCX_MOVES.
 
     Source: no section (this library's own).
     """
@@ -250,7 +256,7 @@ def test_a_row_that_the_table_does_not_have_is_refused(pins: dict[str, Any], eng
     assert plc.words == [0] * 16
     plc["Table.Rows"], plc["Table.StartRow"], plc["Table.Backwards"] = 3, 3, False
     restart(plc, MovesSize=3)
-    assert runs(plc) == [3], "afterwards it works as ever"
+    assert runs(plc) == [3], "afterwards the table works as before"
 
 
 def test_pins_are_those_of_the_rising_edge() -> None:
@@ -279,7 +285,7 @@ def test_a_row_is_read_when_it_begins() -> None:
 
 @pytest.mark.parametrize("kind", ["CIRCULAR", "BY_PTP", "BY_LINEAR", "BY_MM"])
 def test_an_arc_or_a_relative_row_is_refused_backwards(kind: str) -> None:
-    """Its data do not lead back to the row before.
+    """Such a movement would not lead back to the previous row.
 
     Source: guide 4.2.1, circular interpolation: from where the robot is; 4.2.2: by a distance.
     """
@@ -296,7 +302,7 @@ def test_an_arc_or_a_relative_row_is_refused_backwards(kind: str) -> None:
 
 
 def test_a_relative_row_that_has_arrived_is_passed_backwards() -> None:
-    """Its movement is done: nothing is left of it."""
+    """The movement is complete, so nothing of it remains."""
     plc = started(*rows_to(1), {"Kind": "MOVE_BY_PTP", "Point": 2}, StartRow=2, StartArrived=True,
                  Backwards=True)  # fmt: skip
     assert runs(plc) == [1]
@@ -325,7 +331,7 @@ def test_a_row_waits_for_a_bit(number: int, bits: int, state: bool, engine: str)
 def test_a_wait_is_limited(
     arrival: str, error: int, duration: str, scans: int, engine: str
 ) -> None:
-    """Duration limits it, or Timeout if the row gives none. The table can be continued.
+    """Duration is the limit, or Timeout if the row has none. The table can be continued.
 
     Source: RCX_ARRIVAL.
     """
@@ -385,7 +391,7 @@ def test_a_call_goes_on_with_the_edge_of_acknowledge_and_not_before(engine: str)
         Acknowledge=True,
     )
     plc.scan(5)
-    assert (plc["Table.CallNumber"], plc["Table.Row"]) == (1, 1), "that was no edge"
+    assert (plc["Table.CallNumber"], plc["Table.Row"]) == (1, 1), "there was no new edge"
     plc["Table.Acknowledge"] = False
     plc.scan(3)
     plc["Table.Acknowledge"] = True
@@ -396,7 +402,7 @@ def test_a_call_goes_on_with_the_edge_of_acknowledge_and_not_before(engine: str)
     assert plc["Table.CallNumber"] == 0
     plc["Table.Hold"] = False
     plc.scan(5)
-    assert (plc["Table.CallNumber"], plc["Table.Row"]) == (8, 2), "an edge is for one call"
+    assert (plc["Table.CallNumber"], plc["Table.Row"]) == (8, 2), "an edge answers a single call"
     plc["Table.Acknowledge"] = False
     plc.scan()
     plc["Table.Acknowledge"] = True
@@ -406,7 +412,7 @@ def test_a_call_goes_on_with_the_edge_of_acknowledge_and_not_before(engine: str)
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_an_edge_before_a_call_has_been_shown_is_not_for_it(engine: str) -> None:
-    """The request was not yet visible, so the edge cannot be the answer to it.
+    """The call was not visible yet, so the edge cannot be the answer to it.
 
     Source: RCX_ARRIVAL, ARRIVE_CALL.
     """
@@ -461,7 +467,7 @@ def test_row_0_is_begun_with_its_movement() -> None:
 @pytest.mark.parametrize("kind", ["MOVE_BY_PTP", "MOVE_BY_LINEAR", "MOVE_BY_MM"])
 @pytest.mark.parametrize("lost", ["no call", "time-out", "link"])
 def test_a_relative_row_that_may_be_done_is_not_repeated_unseen(kind: str, lost: str) -> None:
-    """A person decides whether the row is done or not.
+    """A person decides whether the row is done.
 
     Source: guide 4.2.2: a relative movement adds to where the robot stands
     """

@@ -1,4 +1,7 @@
-"""FB_MoveTable: hold, abort, and what ends it; the test plays the controller."""
+"""FB_MoveTable: hold, single rows, abort, and events that end it.
+
+The test plays the controller.
+"""
 
 from __future__ import annotations
 
@@ -39,13 +42,13 @@ def test_hold_lets_the_row_end_and_begins_no_other(engine: str) -> None:
     assert sent(plc)[4] == 2
     end(plc)
     plc.scan(50)
-    assert (plc["Table.Stage"], plc["Table.Row"]) == ("TABLE_HELD", 3), "one edge is one row"
+    assert (plc["Table.Stage"], plc["Table.Row"]) == ("TABLE_HELD", 3), "an edge moves one row"
     plc["Table.Hold"] = False
     assert sent(plc)[4] == 3
     plc["Table.Hold"] = True
     end(plc)
     plc.scan(2)
-    assert shown(plc) == "Done", "behind the last row there is nothing to hold"
+    assert shown(plc) == "Done", "after the last row, Hold has no effect"
 
 
 def test_abort_before_a_row_that_is_held_ends_at_once() -> None:
@@ -92,7 +95,7 @@ def test_abort_withdraws_a_row_that_waits_for_its_turn() -> None:
     assert runs(plc) == [1]
 
 
-# ---- what ends it
+# ---- events that end the table
 
 _FAULTS = [
     pytest.param({"outputs": {"SO01": False}}, 0x8002, id="CPU_OK off"),
@@ -103,7 +106,7 @@ _FAULTS = [
     pytest.param({"outputs": {"SO02": False}}, 0x800C, id="servos off"),
     pytest.param({"Connected": False}, 0x8001, id="link"),
 ]
-#: Events that end a table started in AUTO mode; a table may start in MANUAL mode.
+#: Events that end a table started in AUTO mode. A table may also start in MANUAL mode.
 _ENDS = [*_FAULTS, pytest.param({"outputs": {"SO10": False}}, 0x8006, id="AUTO mode off")]
 
 
@@ -114,7 +117,7 @@ def _fault(plc: PlcBench, fault: dict[str, Any], *, there: bool) -> None:
         else:
             plc[name] = value is there
             if name != "Connected":
-                plc.scan()  # FB_WriteArea shows it to the next scan
+                plc.scan()  # FB_WriteArea shows it in the next scan
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -122,7 +125,7 @@ def _fault(plc: PlcBench, fault: dict[str, Any], *, there: bool) -> None:
 def test_a_fault_for_one_scan_ends_a_waiting_row_and_nothing_goes_on(
     fault: dict[str, Any], error: int, engine: str
 ) -> None:
-    """During a wait no command is running that the controller could end.
+    """During a wait no command is running, so the controller does not report the fault.
 
     Source: manual chapter 1, 5.2; chapter 5, 3.1 and 3.3.
     """
@@ -201,7 +204,7 @@ def test_it_does_not_start_into_a_fault(fault: dict[str, Any], error: int) -> No
 
 
 def test_a_row_begins_once_the_stop_input_has_settled() -> None:
-    """SI(06) that has just come ON has not been seen by the controller yet.
+    """If SI(06) has just turned ON, the controller may not have read it yet.
 
     Source: manual chapter 5, 3, caution: 100 ms.
     """
@@ -223,9 +226,9 @@ def test_a_time_limit_leaves_the_row_shown_with_the_command_that_is_held() -> No
 
 
 def test_a_second_call_in_the_scan_of_an_error_lets_no_command_go_out_later() -> None:
-    """The table ends while its command waits for another block's.
+    """The table ends while its command waits for a command of another block.
 
-    The second call does not resume it.
+    The second call does not resume the table.
 
     Source: no section (this library's own).
     """
@@ -245,7 +248,7 @@ def test_a_second_call_in_the_scan_of_an_error_lets_no_command_go_out_later() ->
 
 
 def test_a_start_in_the_scan_of_an_error_is_refused() -> None:
-    """The table would run with the old pins, while its earlier command still waits.
+    """The table refuses a start while its earlier command still waits, because its pins are old.
 
     Source: no section (this library's own).
     """
@@ -290,7 +293,10 @@ def test_a_missing_call_ends_the_table_and_the_row_stays_shown() -> None:
 
 
 def test_a_start_in_the_scan_after_an_error_runs() -> None:
-    """The command that waited is withdrawn with it. Source: no section (this library's own)."""
+    """The error has also withdrawn the command that waited.
+
+    Source: no section (this library's own).
+    """
     plc = bench(*rows_to(1, 2))
     plc["Other.Execute"] = True
     sent(plc)
@@ -309,7 +315,7 @@ def test_a_start_in_the_scan_after_an_error_runs() -> None:
 
 
 def test_a_start_with_the_second_call_of_a_scan_runs() -> None:
-    """The call before had nothing to do. Source: no section (this library's own)."""
+    """The first call of the scan had nothing to do. Source: no section (this library's own)."""
     plc = bench(*rows_to(1, 2))
     plc["StartAgain"] = True
     plc.scan()
@@ -320,7 +326,10 @@ def test_a_start_with_the_second_call_of_a_scan_runs() -> None:
 
 @pytest.mark.parametrize("hold", [True, False])
 def test_after_a_missing_call_no_command_goes_out(hold: bool) -> None:
-    """The table does not continue by itself when Hold falls afterwards. Source: scan-model.md."""
+    """The table does not continue by itself when Hold is reset afterwards.
+
+    Source: scan-model.md.
+    """
     plc = started(*rows_to(1, 2), Hold=hold)
     plc["CallTable"] = False
     plc.scan()
@@ -382,7 +391,7 @@ def test_in_manual_mode_a_table_may_begin_and_the_mode_changes_nothing() -> None
 
 
 def _doubtful() -> PlcBench:
-    """Return a bench whose relative row 2 of three went out without a visible end."""
+    """Return a bench that has sent relative row 2 of 3, but has not seen its end."""
     relative = {"Kind": "MOVE_BY_PTP", "Axes": 1}
     plc = moving(*rows_to(1), relative, *rows_to(3), Rows=3, StartRow=2)
     plc["CallTable"] = False
@@ -403,7 +412,7 @@ def _doubtful() -> PlcBench:
 def test_after_a_refused_start_a_relative_row_stays_doubtful(
     pins: dict[str, Any], error: int
 ) -> None:
-    """After an illegal row or a stop, the next row is still the one that may already be done.
+    """After an illegal row or a stop, the same row may still be done already.
 
     Source: docs/reference/errors.md, 16#8055; guide 4.2.2: a relative movement adds to where the
     robot stands
@@ -424,7 +433,7 @@ def test_after_a_refused_start_a_relative_row_stays_doubtful(
 
 
 def test_a_row_that_does_not_depend_on_the_interrupted_one_may_begin() -> None:
-    """The target of such a row does not depend on where the robot is.
+    """The target of such a row does not depend on the position of the robot.
 
     Source: guide 4.2.1, absolute movement.
     """

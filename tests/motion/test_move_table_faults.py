@@ -1,8 +1,8 @@
-"""FB_MoveTable on the virtual controller: every fault at every scan of a table.
+"""FB_MoveTable on the virtual controller, with every fault in every scan of a table.
 
-The row that is shown is the row of the telegram on the wire, decoded here from its words. Nothing
-continues by itself; once continued, the table comes to its end, with each row done once and in
-order.
+The table must show the row of the telegram on the wire, which the test decodes from its words.
+After a fault the table does not continue by itself. When it is continued, it comes to its end, with
+each row done once and in order.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _TABLE: list[dict[str, Any]] = [
     {"Kind": "MOVE_PALLET", "WorkPosition": 3},
     {"Kind": "MOVE_PTP", "Point": 4, "AtArrival": "ARRIVE_SET", "Number": 20},
 ]
-#: Code, and the words that tell these rows apart, by row and whether it has arrived.
+#: Code and words that identify each row, with the row and whether it has arrived.
 _ROWS: dict[tuple[int, ...], tuple[int, bool]] = {
     (0x0001, 1): (1, False),
     (0x0301, 0x1020, 1): (1, True),
@@ -49,7 +49,7 @@ _FAULTS = {
 
 
 class _Watched:
-    """A cell, scan by scan, and which rows have come to a normal end."""
+    """A cell that runs scan by scan, and the rows that have come to a normal end."""
 
     def __init__(self, cell: Cell) -> None:
         self.cell = cell
@@ -70,11 +70,11 @@ class _Watched:
             self.done.append(self.out)
         self.out = _row(si) if si[0] else None
         data = any(si[1:16])
-        assert not (si[0] or data) or self.started, "nothing begins by itself"
+        assert not (si[0] or data) or self.started, "a movement begins by itself"
         if self.out:
             self.judged += 1
             shown = (self.cell["Main.Table.Row"], self.cell["Main.Table.Arrived"])
-            assert shown == self.out, "the row that is shown is the row that runs"
+            assert shown == self.out, "the shown row is not the row on the wire"
             kept = (self.cell["Main.KeptRow"], self.cell["Main.KeptArrived"])
             assert kept == self.out
         if not self.cell["Main.Table.Busy"]:
@@ -97,7 +97,7 @@ class _Watched:
         self.scan()
 
     def recover(self) -> None:
-        """Recover after the causes are gone: the operator resets the alarm, then servos on."""
+        """Recover after the causes are removed: reset the alarm, then switch the servos on."""
         self.cell["Main.Recover"] = self.cell["Main.Go"] = False
         self.scan()
         self.cell["Main.Recover"] = True
@@ -112,7 +112,7 @@ class _Watched:
 
 
 def _row(words: list[int]) -> tuple[int, bool]:
-    """Return to which row a telegram belongs.
+    """Return the row of a telegram.
 
     Source: guide 4.2.1: point at n + 8; 4.2.5: pallet at n + 8, work position at n + 10; 4.5.1:
     port and bit at n + 4, value at n + 6.
@@ -133,7 +133,7 @@ def _row(words: list[int]) -> tuple[int, bool]:
 def _started(
     rows: list[dict[str, Any]] = _TABLE, lib: Path | None = None, **knobs: Any
 ) -> Iterator[_Watched]:
-    """Return a cell with the servos on, whose table has just been started."""
+    """Return a cell with the servos on and a table that has just been started."""
     config = RobotConfig.load(ROOT / "tests/data/library/table_run.toml")
     config = replace(config, **knobs)
     with Cell.build(
@@ -187,7 +187,7 @@ def test_undisturbed_every_row_is_done_once() -> None:
 @pytest.mark.parametrize("lasts", [1, 15])
 @pytest.mark.parametrize("fault", _FAULTS)
 def test_the_row_that_is_shown_is_the_row_that_runs_and_goes_on(fault: str, lasts: int) -> None:
-    """A fault of this many scans that begins before each scan of the run.
+    """A fault of some scans begins before each scan of the run in turn.
 
     Source: manual chapter 1, 5.2; chapter 5, 3.1 and 3.3; guide 2.
     """
@@ -228,7 +228,7 @@ def test_a_table_that_shows_another_row_at_a_fault_is_noticed() -> None:
 
 @pytest.mark.parametrize(("start", "travels"), [("keep", True), ("reset", False)])
 def test_a_stopped_relative_row_goes_on_as_configured(start: str, travels: bool) -> None:
-    """With Keep it ends at its original target; with Reset it moves its distance from the stop.
+    """With Keep, the movement ends at its original target. With Reset, it repeats its distance.
 
     Source: guide 4.2.2, notes.
     """

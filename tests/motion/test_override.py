@@ -1,4 +1,7 @@
-"""FB_Override: the automatic movement speed in steps; the test plays the controller."""
+"""FB_Override changes the automatic movement speed in steps.
+
+The test plays the controller.
+"""
 
 from __future__ import annotations
 
@@ -24,14 +27,14 @@ def _plc(engine: str = "auto", **pins: Any) -> PlcBench:
 
 
 def _end(plc: PlcBench) -> None:
-    """Let the command that is out end normally, and reset the status."""
+    """Let the running command end normally, and reset the status."""
     plc.answer(0x0200)
     plc.scan()
     plc.answer(0)
 
 
 def _answer(plc: PlcBench, code: int, *response: int) -> int:
-    """Wait for a command with this code, answer it at once, reset; its data word n + 4."""
+    """Wait for a command with this code, answer and reset it, and return data word n + 4."""
     plc.scan_until(lambda: plc.words[0] == code)
     data = plc.words[2]
     plc.answer(0x0200, response)
@@ -41,14 +44,14 @@ def _answer(plc: PlcBench, code: int, *response: int) -> int:
 
 
 def _begun(engine: str = "auto", auto: int = 50, **pins: Any) -> PlcBench:
-    """Return an enabled bench whose controller has reported the automatic speed `auto`."""
+    """Return an enabled bench after the controller has reported the automatic speed `auto`."""
     plc = _plc(engine, Enable=True, **pins)
     _answer(plc, 0x050A, 0, auto, 70, 80)
     return plc
 
 
 def _moving(engine: str = "auto", percent: int = 50, **pins: Any) -> PlcBench:
-    """Return a bench at 50 % whose step up waits for the end of a running movement."""
+    """Return a bench at 50 % in which a step up waits for the end of a running movement."""
     plc = _begun(engine, percent, Percent=percent)
     plc.scan(3)
     plc["First.Code"], plc["First.Execute"] = 0x0001, True
@@ -65,9 +68,9 @@ def _percents(plc: PlcBench, count: int, code: int = 0x0039) -> list[int]:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_it_reads_the_speed_and_goes_up_in_steps(engine: str) -> None:
-    """It rises from 50 to 75 % in steps of at most 10 %.
+    """The speed rises from 50 to 75 % in steps of at most 10 %.
 
-    n + 4 is the speed; the code is that of the automatic speed.
+    Word n + 4 is the speed, and the code is that of the automatic speed.
 
     Source: remote command guide 4.7.8, AUTO mode speed in m + 4; 4.2.15
     """
@@ -90,7 +93,7 @@ def test_the_command_goes_to_the_designated_robot() -> None:
 
 
 def test_a_lower_speed_goes_out_at_once_and_in_one_step() -> None:
-    """A step up may be waiting for its time."""
+    """A lower speed is sent at once, also while a step up waits for its time."""
     plc = _begun(Percent=80, Pace="T#10s")
     assert _percents(plc, 1) == [60]
     plc.scan(10)
@@ -102,7 +105,7 @@ def test_a_lower_speed_goes_out_at_once_and_in_one_step() -> None:
 
 @pytest.mark.parametrize("pace", [None, 500])
 def test_steps_up_are_a_pace_apart(pace: int | None) -> None:
-    """From code to code there are 200 ms, and at most three scans more.
+    """The time from code to code is 200 ms and at most three scans more.
 
     Source: pin Pace: from one step up to the next, at least
     """
@@ -119,7 +122,7 @@ def test_steps_up_are_a_pace_apart(pace: int | None) -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_pace_counts_from_when_a_step_goes_out(engine: str) -> None:
-    """The step has waited longer than that for the end of a movement.
+    """The step has waited longer than Pace for the end of a movement.
 
     Source: pin Pace: from one step up to the next, at least
     """
@@ -136,7 +139,7 @@ def test_the_pace_counts_from_when_a_step_goes_out(engine: str) -> None:
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("lower", [55, 50, 5])
 def test_a_waiting_step_goes_out_with_a_lower_percent(engine: str, lower: int) -> None:
-    """Else the next movement, which is behind it, would run at the raised speed.
+    """A waiting step up is lowered, so that the next movement does not run at the raised speed.
 
     Source: head: a lower Percent goes out at once
     """
@@ -150,7 +153,7 @@ def test_a_waiting_step_goes_out_with_a_lower_percent(engine: str, lower: int) -
     assert (plc["SpeedOverride.Actual"], plc["SpeedOverride.Valid"]) == (lower, True)
     plc.scan_until(lambda: plc.words[0] == 0x0003, most=6)
 
-    assert plc["Last.Busy"], "nothing of this block is between it and the step"
+    assert plc["Last.Busy"], "no command of this block lies between them"
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -189,7 +192,7 @@ def test_a_step_that_waits_goes_no_lower_and_no_higher_than_what_is_wanted_by_th
 
 @pytest.mark.parametrize("scans", range(5))
 def test_a_percent_is_out_for_a_scan_before_its_code_and_then_stays(scans: int) -> None:
-    """This holds whenever the percent is lowered; the lower value follows in a command of its own.
+    """The speed on the wire stays, whenever Percent is lowered; another command sends the new one.
 
     Source: remote command guide chapter 2: the data first; both held until the end status
     """
@@ -238,7 +241,7 @@ def test_after_a_step_down_the_next_one_up_need_not_wait() -> None:
 def test_no_step_is_larger_than_rise_or_goes_beyond_percent(
     auto: int, percent: int, rise: int, steps: list[int]
 ) -> None:
-    """A robot without axes shows 0. Source: remote command guide 4.7.8."""
+    """A robot without axes reports the speed 0. Source: remote command guide 4.7.8."""
     plc = _begun(auto=auto, Percent=percent, Rise=rise, Pace="T#0s")
     assert _percents(plc, len(steps)) == steps
     assert plc["SpeedOverride.Valid"]
@@ -296,7 +299,7 @@ def test_a_value_beyond_the_manuals_range_is_refused(pin: str, value: int, error
     assert not any(plc.words)
     plc[f"SpeedOverride.{pin}"] = 1
     plc.scan(5)
-    assert plc["SpeedOverride.ErrorID"] == error, "until Enable falls"
+    assert plc["SpeedOverride.ErrorID"] == error, "the error stays until Enable falls"
     plc["SpeedOverride.Enable"] = False
     plc.scan()
     assert (plc["SpeedOverride.Error"], plc["SpeedOverride.ErrorID"]) == (False, 0)
@@ -343,7 +346,7 @@ def test_a_loss_ends_it_at_once_and_nothing_restarts(moment: int, lost: str, err
 
 @pytest.mark.parametrize("step", ["read", "change"])
 def test_an_answer_that_does_not_come_ends_it_at_timeout(step: str) -> None:
-    """Sampled at the start. Source: docs/reference/errors.md, 16#8011."""
+    """Timeout is sampled when Enable rises. Source: docs/reference/errors.md, 16#8011."""
     pins: dict[str, Any] = {"Timeout": "T#100ms"}
     plc = _plc(Enable=True, **pins) if step == "read" else _begun(**pins)
     plc["SpeedOverride.Timeout"] = "T#0s" if step == "change" else "T#100ms"
@@ -353,7 +356,7 @@ def test_an_answer_that_does_not_come_ends_it_at_timeout(step: str) -> None:
 
 @pytest.mark.parametrize("lost", ["no end", "link", "CPU_OK", "status", "an illegal Percent first"])
 def test_the_speed_is_not_known_where_the_end_of_a_step_is_not(lost: str) -> None:
-    """The controller may have taken it. Source: pin Actual: 0 = not known."""
+    """The controller may have executed the step. Source: pin Actual: 0 = not known."""
     plc = _begun(Percent=80, Timeout="T#100ms")
     plc.scan_until(lambda: plc.words[0] == 0x0039)
     assert plc["SpeedOverride.Actual"] == 50
@@ -381,7 +384,7 @@ def test_the_speed_stays_known_where_the_step_did_not_go_out() -> None:
 
 
 def test_a_command_of_an_earlier_enable_counts_for_nothing() -> None:
-    """The speed is read again after it."""
+    """The block reads the speed again after that command."""
     plc = _begun(Percent=100, Pace="T#0s")
     plc.scan_until(lambda: plc.words[0] == 0x0039)
     plc["SpeedOverride.Enable"] = False
@@ -398,7 +401,7 @@ def test_a_command_of_an_earlier_enable_counts_for_nothing() -> None:
 
 
 def _waiting() -> PlcBench:
-    """Return a bench in which a step from 50 to 20 % waits for the end of another command."""
+    """Return a bench in which a step from 50 to 20 % waits for another command to end."""
     plc = _begun(Percent=50)
     plc["First.Code"], plc["First.Execute"] = 0x0501, True
     plc.scan(4)
@@ -408,7 +411,7 @@ def _waiting() -> PlcBench:
 
 
 def test_a_step_that_still_waits_is_withdrawn_when_enable_falls() -> None:
-    """A later step would change a speed that the program no longer leaves to this block."""
+    """If it were sent later, it would change a speed that the block no longer controls."""
     plc = _waiting()
     plc["SpeedOverride.Enable"] = False
     plc.scan()
@@ -419,7 +422,10 @@ def test_a_step_that_still_waits_is_withdrawn_when_enable_falls() -> None:
 
 @pytest.mark.parametrize(("pin", "value", "error"), [("Percent", 0, 0x8042), ("Rise", 101, 0x8045)])
 def test_a_waiting_step_is_withdrawn_at_a_refused_input(pin: str, value: int, error: int) -> None:
-    """After the Error nothing goes out and the Error stays. A command already sent still counts."""
+    """After the Error no command is sent, and the Error stays.
+
+    A command already sent still counts.
+    """
     plc = _waiting()
     plc[f"SpeedOverride.{pin}"] = value
     plc.scan()
@@ -432,7 +438,7 @@ def test_a_waiting_step_is_withdrawn_at_a_refused_input(pin: str, value: int, er
 
 
 def test_a_step_that_is_out_at_a_refused_input_is_held_to_its_end() -> None:
-    """The controller takes it, and Actual says so.
+    """The controller executes the step, and Actual shows its speed.
 
     Source: remote command guide chapter 2: the code stays until the end status.
     """
@@ -456,7 +462,7 @@ def test_the_pace_of_an_earlier_enable_does_not_hold_a_step() -> None:
 
 
 def _steady(engine: str = "builtin", **pins: Any) -> PartBench:
-    """Return a bench with a speed of 60 %, from which a single step leads to any other speed."""
+    """Return a bench with a speed of 60 %, from which one step leads to any other speed."""
     bench = PartBench(engine)
     for name, value in {**pins, "Percent": 60, "Rise": 100, "Enable": True}.items():
         bench[f"Speed.{name}"] = value
@@ -466,7 +472,7 @@ def _steady(engine: str = "builtin", **pins: Any) -> PartBench:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_speed_is_not_known_after_scans_without_a_call(engine: str) -> None:
-    """The step may have gone out and been taken, and nothing shows it any more.
+    """The step may have been sent and executed without being seen.
 
     Source: docs/explanation/scan-model.md, one scan
     """
@@ -485,7 +491,7 @@ def test_the_speed_is_not_known_after_scans_without_a_call(engine: str) -> None:
 @pytest.mark.parametrize(("code", "seen"), [(0x0039, True), (0x1039, True), (0x2039, False)])
 @pytest.mark.parametrize("robot", [0, 1])
 def test_another_block_that_sets_the_speed_is_noticed(code: int, seen: bool, robot: int) -> None:
-    """Only a block for the same robot counts; 0 means robot 1.
+    """Only blocks for the same robot count. Robot 0 means robot 1.
 
     Source: guide 4.2.15; 1.1, robot designation.
     """
@@ -503,7 +509,7 @@ def test_another_block_that_sets_the_speed_is_noticed(code: int, seen: bool, rob
 def test_the_speed_is_not_known_after_missing_calls_that_end_in_another_error(
     scans: int, pin: str, value: int, error: int
 ) -> None:
-    """The step may have gone out and ended meanwhile, also where only its data were out.
+    """The step may have been sent and ended in the meantime, even if only its data were sent.
 
     Source: head of FB_Override: after a step without an end status Actual is 0
     """
@@ -520,7 +526,7 @@ def test_the_speed_is_not_known_after_missing_calls_that_end_in_another_error(
 
 
 def test_a_step_that_has_not_gone_out_leaves_the_speed_known() -> None:
-    """The step waits for a movement when a call is missed. Source: head of FB_Override."""
+    """A call is missing while the step waits for a movement. Source: head of FB_Override."""
     bench = _steady()
     bench.fault = "late"
     bench.send(0x0001, 0, 0, 0, 30)

@@ -1,16 +1,11 @@
-"""FB_PalletCount: the next work position in retained data, and what it refuses."""
+"""FB_PalletCount stores the next work position in retained data, and refuses wrong data."""
 
 from __future__ import annotations
-
-from pathlib import Path
 
 import pytest
 
 from both_engines import ENGINES
-from plc_bench import LIBRARY
-from structured_text.engines import build
-from structured_text.engines.base import Program
-from structured_text.projects.needed import needed
+from plc_bench import compiled
 
 _PROGRAM = """PROGRAM Counting
   VAR
@@ -25,12 +20,10 @@ END_PROGRAM
 
 
 class _Pallet:
-    """A pallet block; with the size () its size pins keep their defaults."""
+    """A pallet block. With the size (), its size pins keep their defaults."""
 
-    def __init__(self, folder: Path, size: tuple[int, ...], engine: str = "auto") -> None:
-        file = folder / "Counting.st"
-        file.write_text(_PROGRAM, encoding="utf-8")
-        self.program: Program = build([file, *needed([file], LIBRARY)], engine).program
+    def __init__(self, size: tuple[int, ...], engine: str = "auto") -> None:
+        self.program = compiled(_PROGRAM, engine)
         self._now_us = 0
         self.resize(size)
 
@@ -47,7 +40,7 @@ class _Pallet:
         self._now_us += 10_000
 
     def press(self, pin: str) -> None:
-        """Give a pin an edge, and hold it for a few scans."""
+        """Give a pin an edge, and hold it TRUE for a few scans."""
         for value in (True, True, True, False):
             self.put(pin, value)
             self.scan()
@@ -63,7 +56,7 @@ class _Pallet:
 
     @property
     def shown(self) -> tuple[str, int, int, tuple[int, ...], int]:
-        """Return Full, Error or neither; ErrorID, WorkPosition, its indices, Remaining."""
+        """Return Full, Error or neither; ErrorID, WorkPosition, its indices and Remaining."""
         pins = ("ErrorID", "WorkPosition", "IndexX", "IndexY", "IndexZ", "Remaining")
         values = [int(self.program.read(f"Main.Count.{pin}")) for pin in pins]
         on = [pin for pin in ("Full", "Error") if self.program.read(f"Main.Count.{pin}")]
@@ -71,9 +64,9 @@ class _Pallet:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_x_counts_first_then_y_then_z(tmp_path: Path, engine: str) -> None:
+def test_x_counts_first_then_y_then_z(engine: str) -> None:
     """Source: guide 4.3.3; docs/explanation/fidelity.md, the order of the work positions."""
-    pallet = _Pallet(tmp_path, (3, 2, 2), engine)
+    pallet = _Pallet((3, 2, 2), engine)
     seen = []
     for k in range(1, 13):
         shown, error_id, position, where, remaining = pallet.shown
@@ -83,14 +76,14 @@ def test_x_counts_first_then_y_then_z(tmp_path: Path, engine: str) -> None:
     assert seen == [(x, y, z) for z in (1, 2) for y in (1, 2) for x in (1, 2, 3)]
     assert pallet.shown == ("Full", 0, 0, (0, 0, 0), 0)
     pallet.press("Next")
-    assert (pallet.place, pallet.shown[0]) == (0, "Full"), "it stays full"
+    assert (pallet.place, pallet.shown[0]) == (0, "Full"), "the pallet stays full"
     pallet.press("NewPallet")
     assert pallet.shown == ("", 0, 1, (1, 1, 1), 12)
 
 
-def test_a_new_pallet_begins_anew_at_any_time(tmp_path: Path) -> None:
-    """Next may rise in the same scan. Source: this library's own."""
-    pallet = _Pallet(tmp_path, (2, 2, 1))
+def test_a_new_pallet_begins_anew_at_any_time() -> None:
+    """Next may rise in the same scan as NewPallet. Source: this library's own."""
+    pallet = _Pallet((2, 2, 1))
     pallet.press("Next")
     pallet.press("Next")
     assert pallet.place == 3
@@ -102,12 +95,12 @@ def test_a_new_pallet_begins_anew_at_any_time(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kept", [7, -1, 32767, -32768])
-def test_a_place_beyond_the_pallet_is_an_error(tmp_path: Path, kept: int) -> None:
-    """An exchange of the program can cause this; only NewPallet ends it.
+def test_a_place_beyond_the_pallet_is_an_error(kept: int) -> None:
+    """Changing the program can cause such a position. Only NewPallet ends the error.
 
     Source: this library's own.
     """
-    pallet = _Pallet(tmp_path, (3, 2, 1))
+    pallet = _Pallet((3, 2, 1))
     pallet.place = kept
     wrong = ("Error", 0x805C, 0, (0, 0, 0), 0)
     assert pallet.shown == wrong
@@ -117,9 +110,9 @@ def test_a_place_beyond_the_pallet_is_an_error(tmp_path: Path, kept: int) -> Non
     assert pallet.shown == ("", 0, 1, (1, 1, 1), 6)
 
 
-def test_a_cleared_place_counts_as_full(tmp_path: Path) -> None:
-    """0 is what memory without an initial value has: nothing is put anywhere."""
-    pallet = _Pallet(tmp_path, (3, 2, 1))
+def test_a_cleared_place_counts_as_full() -> None:
+    """Memory without an initial value is 0, so that the robot must not put a part anywhere."""
+    pallet = _Pallet((3, 2, 1))
     pallet.place = 0
     assert pallet.shown[0] == "Full"
 
@@ -129,15 +122,13 @@ def test_a_cleared_place_counts_as_full(tmp_path: Path) -> None:
     [
         *((0, 1, 1), (1, 0, 1), (1, 1, 0), (-3, -2, 1), (182, 181, 1), (16384, 2, 1)),
         *((32767, 32767, 32767), (32767, 1, 2)),
-        (26217, 32765, 5),  # 2**32 + 32729, which 32 bits hold as 32729
+        (26217, 32765, 5),  # 2**32 + 32729, which is 32729 in 32 bits
         *((-5, 29308, 29309), (29308, -5, 29309)),  # 26436 - 2**32
     ],
 )
-def test_an_illegal_size_of_the_pallet_is_refused(
-    tmp_path: Path, size: tuple[int, int, int]
-) -> None:
+def test_an_illegal_size_of_the_pallet_is_refused(size: tuple[int, int, int]) -> None:
     """Source: guide 4.3.3: the product is 1 to 32767."""
-    pallet = _Pallet(tmp_path, size)
+    pallet = _Pallet(size)
     assert pallet.shown == ("Error", 0x8045, 0, (0, 0, 0), 0)
     pallet.press("Next")
     pallet.press("NewPallet")
@@ -147,17 +138,17 @@ def test_an_illegal_size_of_the_pallet_is_refused(
 
 
 @pytest.mark.parametrize("size", [(), (1, 1, 1)])
-def test_a_pallet_may_have_one_position(tmp_path: Path, size: tuple[int, ...]) -> None:
+def test_a_pallet_may_have_one_position(size: tuple[int, ...]) -> None:
     """Source: guide 4.3.3: each size is at least 1."""
-    pallet = _Pallet(tmp_path, size)
+    pallet = _Pallet(size)
     assert pallet.shown == ("", 0, 1, (1, 1, 1), 1)
     pallet.press("Next")
     assert pallet.shown == ("Full", 0, 0, (0, 0, 0), 0)
 
 
-def test_a_size_that_becomes_illegal_is_refused_at_once(tmp_path: Path) -> None:
-    """The earlier sizes are not used any more. Source: guide 4.3.3."""
-    pallet = _Pallet(tmp_path, (3, 2, 1))
+def test_a_size_that_becomes_illegal_is_refused_at_once() -> None:
+    """The block does not continue with the earlier sizes. Source: guide 4.3.3."""
+    pallet = _Pallet((3, 2, 1))
     pallet.resize((0, 2, 1))
     assert pallet.shown == ("Error", 0x8045, 0, (0, 0, 0), 0)
     pallet.resize((3, 2, 1))
@@ -165,11 +156,9 @@ def test_a_size_that_becomes_illegal_is_refused_at_once(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("size", [(32767, 1, 1), (1, 217, 151), (7, 31, 151)])
-def test_the_largest_pallet_is_counted_to_the_end(
-    tmp_path: Path, size: tuple[int, int, int]
-) -> None:
+def test_the_largest_pallet_is_counted_to_the_end(size: tuple[int, int, int]) -> None:
     """Source: guide 4.3.3: the product is at most 32767 = 7 * 31 * 151."""
-    pallet = _Pallet(tmp_path, size)
+    pallet = _Pallet(size)
     pallet.place = 32767
     assert pallet.shown == ("", 0, 32767, size, 1)
     pallet.press("Next")
@@ -177,14 +166,14 @@ def test_the_largest_pallet_is_counted_to_the_end(
 
 
 @pytest.mark.parametrize("pin", ["NewPallet", "Next"])
-def test_a_pin_that_is_true_as_the_plc_starts_changes_no_place(tmp_path: Path, pin: str) -> None:
-    """A stuck button must not select place 1 again or skip a place: the robot would move wrongly.
+def test_a_pin_that_is_true_as_the_plc_starts_changes_no_place(pin: str) -> None:
+    """A stuck button must not select place 1 again or skip a place.
+
+    The robot would move wrongly.
 
     Source: the block keeps the place through a loss of power.
     """
-    file = tmp_path / "Counting.st"
-    file.write_text(_PROGRAM, encoding="utf-8")
-    program = build([file, *needed([file], LIBRARY)], "builtin").program
+    program = compiled(_PROGRAM, "builtin")
     program.write("Main.Place", 4)
     for axis in ("Nx", "Ny"):
         program.write(f"Main.Count.{axis}", 3)

@@ -1,4 +1,4 @@
-"""FB_PickPlace: the order of its commands, and where it continues after an error."""
+"""FB_PickPlace: the order of its commands, and the continuation after an error."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _APPROACH = [
 
 
 def _with_sensor(**pins: Any) -> PickBench:
-    """Return a bench whose DI(21) is ON while the hand is closed: there are parts at the source."""
+    """Return a bench with parts at the source: DI(21) is ON while the hand is closed."""
     plc = picking(**_SENSOR, **pins)
     plc.follows = {21: 20}
     return plc
@@ -58,7 +58,7 @@ def test_the_stages_of_the_work_are_shown_in_order() -> None:
 
 
 def test_between_pallets_it_moves_in_arches() -> None:
-    """Pallet 1, work position 4 to pallet 2, work position 6; axis 3 by way of 0.
+    """The robot moves from pallet 1, position 4 to pallet 2, position 6, with axis 3 at 0 between.
 
     Source: guide 4.2.5, arch designation.
     """
@@ -86,7 +86,7 @@ def test_an_arch_in_mm_is_taken_as_it_is() -> None:
 
 
 def test_it_comes_from_above_and_leaves_to_above() -> None:
-    """Before each movement the block selects the place's shift or the shift above it.
+    """Before each movement, the block selects the shift of the place or the shift above the place.
 
     Source: guide 4.2.17; without an arch between above and place.
     """
@@ -106,7 +106,7 @@ def test_without_shifts_no_shift_is_selected_at_the_end() -> None:
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("afterwards", [0, 7])
 def test_at_the_end_the_shift_afterwards_is_selected(engine: str, afterwards: int) -> None:
-    """Else later movements of the program would go to other places.
+    """At the end, the block selects the shift for later movements of the program.
 
     Source: guide 4.2.17; field Afterwards of RCX_PICK_SHIFTS
     """
@@ -121,7 +121,9 @@ def test_at_the_end_the_shift_afterwards_is_selected(engine: str, afterwards: in
 
 @pytest.mark.parametrize("shifts", [{"Shifts__TargetAbove": 3}, {}])
 def test_where_only_that_shift_is_missing_no_second_part_is_fetched(shifts: dict[str, Any]) -> None:
-    """This also holds with HandEmpty, and if the shifts have changed meanwhile.
+    """If only the last shift is missing, the next start selects it and fetches no part.
+
+    HandEmpty and other shifts make no difference.
 
     Source: head: after an error it continues with what is not finished
     """
@@ -154,12 +156,17 @@ def test_on_pallets_it_comes_from_above_too() -> None:
     assert plc.work()[4:] == target
     plc["Pick.ArchAxis"] = 3
     arch = "arch 0/1 at 50, 000100 [0, 0, 0] pulses"
-    assert plc.work()[5:] == [arch, *target[2:]], "not between above and place"
+    assert plc.work()[5:] == [arch, *target[2:]], (
+        "there is no arch between the place and the shift above it"
+    )
 
 
 @pytest.mark.parametrize("shift", ["Source", "Target"])
 def test_one_shift_is_enough_for_both_to_be_selected(shift: str) -> None:
-    """Otherwise the other place would be taken under it. Source: guide 4.2.17."""
+    """If only one place has a shift, shift 0 is selected for the other place.
+
+    Source: guide 4.2.17.
+    """
     place: dict[str, Any] = {f"Shifts__{shift}": 4}
     plc = picking(**place)
     source, target = (4, 0) if shift == "Source" else (0, 4)
@@ -226,8 +233,10 @@ def test_the_next_start_goes_on_with_the_unfinished_command(broken: str, again: 
     assert plc.end[:2] == ("Error", 0x8020)
     assert (plc["Pick.AlarmGroup"], plc["Pick.AlarmCategory"]) == (12, 600)
     plc.scan(50)
-    assert plc.told[-1] == broken, "nothing goes on by itself"
-    assert (plc["Pick.AlarmGroup"], plc["Pick.AlarmCategory"]) == (12, 600), "until Execute falls"
+    assert plc.told[-1] == broken, "nothing continues by itself"
+    assert (plc["Pick.AlarmGroup"], plc["Pick.AlarmCategory"]) == (12, 600), (
+        "the error stays until Execute falls"
+    )
     assert plc.end[1:3] == (0x8020, stage)
     assert plc.work() == again
     assert plc.end == ("Done", 0, "PICK_START", False)
@@ -238,7 +247,7 @@ def test_the_next_start_goes_on_with_the_unfinished_command(broken: str, again: 
 def test_a_release_that_was_broken_off_is_done_again_at_the_target() -> None:
     """The hand may or may not have opened.
 
-    The block moves to the target first, and reads no sensor.
+    The block moves to the target first and does not read a sensor.
 
     Source: this library's own.
     """
@@ -256,7 +265,7 @@ def test_a_release_that_was_broken_off_is_done_again_at_the_target() -> None:
     assert plc.work() == ["DO2?", "PTP 20 at 50", "DO(20) OFF", "DI2?"]
     assert plc.end == ("Done", 0, "PICK_START", False)
     plc.follows = {21: 20}
-    assert plc.work().count("DI2?") == 5, "with the next part it asks again: at the target, too"
+    assert plc.work().count("DI2?") == 5, "the next part reads the sensor again, also at the target"
 
 
 @pytest.mark.parametrize("lost_at", ["PTP 20 at 50", "PTP 20 at 5", "DO(20) OFF"])
@@ -285,7 +294,7 @@ def test_a_release_that_begins_from_above_begins_there_again(lost_at: str) -> No
     ],
 )
 def test_an_approach_that_was_broken_off_goes_on(count: int, again: list[str]) -> None:
-    """The part in the hand is lifted again; after the release it only leaves.
+    """The part in the hand is lifted again. After the release, the robot only leaves.
 
     Source: this library's own.
     """
@@ -315,7 +324,10 @@ def test_where_the_part_was_taken_out_it_begins_anew(broken: str) -> None:
 
 
 def test_after_the_release_there_is_no_part_that_could_have_been_taken_out() -> None:
-    """Otherwise a second part would come to the same target. Source: this library's own."""
+    """After the release, the next start only leaves, and HandEmpty brings no second part.
+
+    Source: this library's own.
+    """
     plc = _approaching()
     plc.until("DO(20) ON")
     plc.scan_until(lambda: plc.told[-1] == "DO(20) OFF")
@@ -329,7 +341,7 @@ def test_after_the_release_there_is_no_part_that_could_have_been_taken_out() -> 
 
 @pytest.mark.parametrize("out", ["DI2?", "DO(20) OFF", "PTP 10 at 50"])
 def test_servos_that_go_off_during_a_command_leave_the_end_to_it(out: str) -> None:
-    """The command ends with the alarm, which says more.
+    """The command ends with the alarm, which is more precise.
 
     Source: guide 1.2; manual chapter 5, 3.1.
     """
@@ -347,7 +359,7 @@ def test_servos_that_go_off_during_a_command_leave_the_end_to_it(out: str) -> No
 
 @pytest.mark.exhaustive
 def test_without_a_timeout_of_the_user_a_command_may_last_a_minute() -> None:
-    """6000 scans of 10 ms. Source: design of the library, 2: every wait has a limit."""
+    """A minute is 6000 scans of 10 ms. Source: design of the library, 2: every wait has a limit."""
     plc = picking()
     plc.silent = "PTP 10 at 50"
     plc.until("PTP 10 at 50")
@@ -394,7 +406,7 @@ def test_a_call_that_is_missing_or_too_many_ends_it(how: str) -> None:
 
 @pytest.mark.parametrize("how", ["skipped", "twice"])
 def test_a_call_that_is_missing_or_too_many_lets_no_command_out(how: str) -> None:
-    """No command is running that would detect the loss itself. Source: scan-model.md, one scan."""
+    """No command is running that could detect the loss. Source: scan-model.md, one scan."""
     plc = picking(**_SENSOR)
     plc["Twice"] = how == "twice"
     plc.start()

@@ -1,4 +1,4 @@
-"""FB_PickPlace and what stops a robot: between its commands, before them, and beside others."""
+"""FB_PickPlace and events that stop a robot: between its commands, before them, and with others."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from pick_bench import PickBench, picking
 _PLAIN = ["DO(20) OFF", "PTP 10 at 50", "DO(20) ON", "PTP 20 at 50", "DO(20) OFF"]
 _ASKING = ["DI2?", "DO(20) OFF", "DI2?", "PTP 10 at 50", "DO(20) ON", "DI2?", "PTP 20 at 50"]
 _ASKING += ["DI2?", "DO(20) OFF", "DI2?"]
-#: A condition that is not met, and the error.
+#: A condition that is not met, and its error.
 _FAULTS = [
     *(("StopOk", False, 0x8007), ("SafeOk", False, 0x8003), ("SO00", True, 0x8003)),
     *(("SO03", True, 0x8004), ("SO02", False, 0x800C), ("SO01", False, 0x8002)),
     ("Connected", False, 0x8001),
 ]
-#: Events that end a work started in AUTO mode; a work may start in MANUAL mode.
+#: Events that end a work started in AUTO mode. A work may also start in MANUAL mode.
 _ENDS = [*_FAULTS, ("SO10", False, 0x8006)]
-#: Places in _ASKING. The quick tier has one question, one output and one movement.
+#: Positions in _ASKING. The quick tier has one question, one output and one movement.
 _PLACES = [
     pytest.param(place, marks=[] if place in (0, 1, 3) else pytest.mark.exhaustive)
     for place in range(len(_ASKING))
@@ -37,11 +37,11 @@ def _for_one_scan(plc: PickBench, name: str, value: bool) -> None:
     plc.scan()
     _set(plc, name, not value)
     if name.endswith("Ok"):
-        plc.scan()  # it is a pin of FB_WriteArea, which comes after the blocks
+        plc.scan()  # a pin of FB_WriteArea, which is called after the blocks
 
 
 def _let_another_command_out(plc: PickBench) -> None:
-    """Send a command of another block without an end, so that the work's next command waits."""
+    """Send an endless command of another block, so that the next command of the work waits."""
     plc["Other.Execute"] = True
     plc.scan_until(lambda: plc.told[-1:] == ["date"], most=20)
     plc.scan(5)
@@ -56,7 +56,7 @@ def _let_that_command_end(plc: PickBench) -> None:
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize(("name", "value", "error"), _ENDS)
 def test_a_fault_between_commands_ends_it(engine: str, name: str, value: bool, error: int) -> None:
-    """The fault ends the block as it ends a table. Nothing continues when the fault is over.
+    """The fault ends the block as it ends a table. Nothing continues after the fault.
 
     Source: manual chapter 5, 3.1 and 3.3; design of the library, 2
     """
@@ -88,7 +88,9 @@ def test_a_fault_keeps_the_work_from_beginning(name: str, value: bool, error: in
 def test_a_fault_waits_for_the_end_of_a_command(
     out: str, stage: str, name: str, value: bool, error: int
 ) -> None:
-    """This holds even if the cause has gone by then. The effect of the command counts.
+    """A fault, even one that has gone by then, ends the work after the command.
+
+    The effect of the command counts.
 
     Source: remote command guide chapter 2: no command can be taken back
     """
@@ -114,7 +116,7 @@ def test_a_fault_waits_for_the_end_of_a_command(
 def test_a_command_that_waits_for_its_turn_is_withdrawn(
     place: int, name: str, value: bool, error: int
 ) -> None:
-    """The command would otherwise go out after the stop, or after its release.
+    """A stop withdraws a command that waits, so that it is not sent after the stop.
 
     Source: docs/explanation/scan-model.md; manual chapter 5, 3.1 and 3.3
     """
@@ -146,7 +148,7 @@ def test_a_command_that_waits_for_its_turn_is_withdrawn(
 @pytest.mark.parametrize("restart", [False, True])
 @pytest.mark.parametrize("again", [0, 1])
 def test_a_second_call_in_the_scan_of_an_error_sends_nothing(again: int, restart: bool) -> None:
-    """A call in the next scan, or a new edge there, sends nothing either.
+    """A call or a new edge in the next scan does not send anything either.
 
     Source: scan-model.md, one scan.
     """
@@ -173,7 +175,7 @@ def test_a_second_call_in_the_scan_of_an_error_sends_nothing(again: int, restart
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_movement_begins_when_the_stop_inputs_have_settled(engine: str) -> None:
-    """The controller would refuse it, or stop it at once.
+    """The controller would refuse the movement, or stop it at once.
 
     Source: manual chapter 5, 3.3; RCX_REF.Settled
     """
@@ -194,7 +196,7 @@ def test_a_movement_begins_when_the_stop_inputs_have_settled(engine: str) -> Non
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_close_that_did_not_go_out_is_not_made_up_for_elsewhere(engine: str) -> None:
-    """The robot may be anywhere by then, so the hand opens and moves to the source again.
+    """The robot may be anywhere by then, so the hand opens and the robot returns to the source.
 
     Source: head of FB_PickPlace: before a close went out
     """
@@ -212,7 +214,7 @@ def test_a_close_that_did_not_go_out_is_not_made_up_for_elsewhere(engine: str) -
 
 @pytest.mark.parametrize(("name", "value"), [("SO00", True), ("StopOk", False)])
 def test_a_part_that_falls_before_the_release_went_out_is_lost(name: str, value: bool) -> None:
-    """The part may be gone only after the release went out, because it belongs at the target.
+    """After the release was sent, a missing part is not an error: it is at the target.
 
     Source: docs/reference/errors.md, 16#8059
     """
@@ -263,7 +265,7 @@ def test_in_manual_mode_it_may_begin_and_the_mode_changes_nothing() -> None:
 
 
 def test_a_start_in_the_scan_of_an_error_is_refused() -> None:
-    """The block would run with the old pins, while its earlier command still waits.
+    """The block refuses a start while its earlier command still waits, because its pins are old.
 
     Source: docs/reference/errors.md, 16#8016
     """

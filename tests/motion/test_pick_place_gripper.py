@@ -1,4 +1,4 @@
-"""The gripper of FB_PickPlace: two outputs, confirmation, parts that are lost or not there."""
+"""The gripper of FB_PickPlace: two outputs, confirmation, and parts that are lost or missing."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def _made(name: str) -> Alone:
 
 
 def _part(name: str) -> Alone:
-    """Return a part of the block alone, with a controller that is ready."""
+    """Return a sub-block alone, with a controller that is ready."""
     block = _made(name)
     block.restart()
     for path in ("Connected", "SO.SO01_CpuOk"):
@@ -42,7 +42,10 @@ def test_of_two_outputs_the_other_one_goes_off_first() -> None:
 
 
 def test_each_input_that_there_is_confirms() -> None:
-    """Open, closed, a part: in this order. Source: guide 4.5.1, reference of DI in port units."""
+    """The inputs confirm that the hand is open, that it is closed, and that it has a part.
+
+    Source: guide 4.5.1, reference of DI in port units.
+    """
     plc = _bench(
         Gripper__OpenOutput=21,
         Gripper__OpenedInput=32,
@@ -57,7 +60,7 @@ def test_each_input_that_there_is_confirms() -> None:
 
 
 def test_after_an_error_both_outputs_are_read() -> None:
-    """The closing output is read first, even if the read of the opening output had no answer.
+    """The closing output is read first, even if reading the opening output had no answer.
 
     Source: guide 4.5.1, I/O port reference; head of FB_PickPlace
     """
@@ -109,7 +112,7 @@ def test_it_waits_until_the_gripper_has_moved() -> None:
 def test_the_wait_for_an_input_ends_after_max_wait(
     pin: str, closes: bool, error_id: int, stage: str, limit: str, scans: int
 ) -> None:
-    """An answer comes every few scans; without a limit of the user's it is 2 s.
+    """The controller answers every few scans. The default limit is 2 s.
 
     Source: this library's own.
     """
@@ -134,7 +137,7 @@ def test_a_part_that_was_not_gripped_is_fetched_anew() -> None:
 
 
 def test_a_hand_that_is_not_empty_does_not_open_just_anywhere() -> None:
-    """This is the case after a restart of the PLC with a part in the hand.
+    """A hand with a part, as after a restart of the PLC, does not open at any place.
 
     Source: this library's own.
     """
@@ -170,9 +173,9 @@ def test_a_part_that_is_lost_on_the_way_is_an_error_before_the_hand_opens(above:
     plc.follows = {}
     plc.scan_until(lambda: not plc["Pick.Busy"], most=100)
     assert plc.end == ("Error", 0x8059, "PICK_START", False)
-    assert ("PTP 20" in plc.told) is (above == 0), "lifted, it looks before it goes on"
+    assert ("PTP 20" in plc.told) is (above == 0), "the block reads the sensor after lifting"
     plc.until("PTP 10")
-    assert "DO(20) OFF" in plc.told[-4:], "it begins with a new part"
+    assert "DO(20) OFF" in plc.told[-4:], "the block begins with a new part"
 
 
 def test_where_it_goes_on_with_a_part_it_looks_for_it_first() -> None:
@@ -188,7 +191,7 @@ def test_where_it_goes_on_with_a_part_it_looks_for_it_first() -> None:
 
 
 def test_a_sensor_at_the_plc_ends_it_after_the_movement() -> None:
-    """A command cannot be withdrawn once it has been sent.
+    """A command cannot be withdrawn after it has been sent.
 
     Source: guide 1.2; this library's own.
     """
@@ -206,7 +209,7 @@ def test_a_sensor_at_the_plc_ends_it_after_the_movement() -> None:
     assert plc.end == ("Error", 0x8059, "PICK_START", False)
     assert plc.told[-1] == "PTP 20"
     assert plc.work()[:2] == ["DO(20) OFF", "PTP 10"]
-    assert plc.end[0] == "Done", "it is told once"
+    assert plc.end[0] == "Done", "the error is reported once"
 
 
 def test_that_sensor_counts_only_while_it_carries_a_part() -> None:
@@ -225,7 +228,9 @@ def test_that_sensor_counts_only_while_it_carries_a_part() -> None:
     plc["Pick.PartLost"] = True
     plc.scan(5)
     plc["Pick.PartLost"] = False
-    assert plc.work() == ["DO2?", "PTP 20", "DO(20) OFF"], "nor while it stands"
+    assert plc.work() == ["DO2?", "PTP 20", "DO(20) OFF"], (
+        "the sensor is not read while the robot stands either"
+    )
 
 
 def test_it_settles_before_it_looks() -> None:
@@ -253,7 +258,7 @@ def test_a_port_command_that_fails_ends_it_with_the_alarm(silent: str) -> None:
 @pytest.mark.parametrize("go", [False, True])
 @pytest.mark.parametrize("number", [-1, 8, 19, 21])
 def test_the_block_that_reads_inputs_refuses_an_illegal_bit(go: bool, number: int) -> None:
-    """FB_PickPlace has refused it before; this is for any caller.
+    """FB_PickPlace refuses such a bit itself. This check is for other callers.
 
     Source: guide 4.5.1: bits are 0 to 7
     """
@@ -267,14 +272,17 @@ def test_the_block_that_reads_inputs_refuses_an_illegal_bit(go: bool, number: in
 
 
 def _look() -> Alone:
-    """Return the part that reads the outputs of the hand, while it reads."""
+    """Return the sub-block that reads the outputs of the hand, while it reads."""
     block = _part("FB_RcxPickLook")
     block["Block.Asks"] = True
     return block
 
 
 def _scan(block: Alone, pattern: int = 0) -> bool:
-    """Run one scan. `pattern` answers a request of the scan before with the bits of the port."""
+    """Run a scan.
+
+    `pattern` is the answer to a request of the previous scan: the bits of the port.
+    """
     asked = bool(block["Robot.Inner.CodeRequest"])
     block["Robot.Inner.Phase"] = "PHASE_COMMAND_RUN" if asked else "PHASE_READY"
     block["Robot.Inner.Answer"] = 0x0200 if asked else 0
@@ -289,7 +297,9 @@ def _scan(block: Alone, pattern: int = 0) -> bool:
     [({20}, True, False), ({21}, False, True), (set(), False, False), ({20, 21}, False, False)],
 )
 def test_one_output_closes_and_the_other_opens(on: set[int], closed: bool, opened: bool) -> None:
-    """With both OFF, as after power-on, or both ON neither does, whatever was read before.
+    """If both outputs are OFF, as after power-on, or both ON, the hand neither opens nor closes.
+
+    An earlier reading does not matter.
 
     Source: RCX_GRIPPER; guide 4.5.1: bit k of the answer is DO(20 + k)
     """
@@ -318,7 +328,7 @@ def test_an_answer_that_comes_after_asks_fell_is_ignored() -> None:
 @pytest.mark.parametrize("asks", [False, True])
 @pytest.mark.parametrize("number", [-1, 28, 39])
 def test_the_block_that_reads_outputs_refuses_an_illegal_bit(asks: bool, number: int) -> None:
-    """FB_PickPlace has refused it before; this is for any caller.
+    """FB_PickPlace refuses such a bit itself. This check is for other callers.
 
     Source: guide 4.5.1: bits are 0 to 7
     """
@@ -331,7 +341,10 @@ def test_the_block_that_reads_outputs_refuses_an_illegal_bit(asks: bool, number:
 
 
 def test_an_output_number_that_becomes_illegal_before_the_answer_is_an_error() -> None:
-    """A bit that there is not is not looked up. Source: guide 4.5.1: bits are 0 to 7."""
+    """The block does not look up a bit that does not exist.
+
+    Source: guide 4.5.1: bits are 0 to 7.
+    """
     block = _look()
     _scan(block)
     block["Block.Gripper.CloseOutput"] = 28

@@ -1,4 +1,4 @@
-"""FB_PickPlace remembers what it has sent: a part is never dropped, doubled or only claimed."""
+"""FB_PickPlace remembers what it has sent, so that no part is dropped, doubled or missing."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from part_bench import AWAY, SOURCE, TARGET, PartBench
 
 _PLAIN = ["DO(20) OFF", "move 10", "DO(20) ON", "move 20", "DO(20) OFF"]
 _CALLS = {"no call": ("Call", False), "called twice": ("Twice", True), "early": ("Early", True)}
-#: Commands of another block, and what their data say (guide 4.2.1, 4.2.17, 4.5.1, 4.7.4).
+#: Commands of another block, and the meaning of their data (guide 4.2.1, 4.2.17, 4.5.1, 4.7.4).
 _OTHERS: dict[str, tuple[int, ...]] = {
     "moves": (0x001, 0, 0, 0, AWAY),
     "selects a shift": (0x03B, 0, 1),
@@ -30,7 +30,7 @@ _DISTURBANCES = [
 
 
 def _begun(place: int, what: str = "", engine: str = "builtin", **kind: Any) -> PartBench:
-    """Return a bench whose command at this place has been sent and is then disturbed."""
+    """Return a bench that has sent the command at this place, which is then disturbed."""
     bench = PartBench(engine, **kind)
     bench["Pick.Execute"] = True
     bench.scan()
@@ -68,10 +68,10 @@ def _begun(place: int, what: str = "", engine: str = "builtin", **kind: Any) -> 
 
 
 def _judge(place: int, what: str, after: str, **kind: Any) -> None:
-    """Continue until Done; the bench or this function fails on anything that must not happen."""
+    """Continue until Done; the bench or this function fails on forbidden events."""
     bench = _begun(place, what, **kind)
     done = int(bench["Pick.Done"])
-    assert bench.delivered >= done, "Done without a part"
+    assert bench.delivered >= done, "Done without a delivered part"
     if done:
         return
     if "moved" in after:
@@ -101,7 +101,7 @@ def test_each_disturbance_at_each_command_neither_drops_nor_doubles_a_part(what:
     """
     for place in range(len(_PLAIN)):
         _judge(place, what, "moved", outputs=1, sensor=False)
-    for place in (3, 4):  # the output that opens goes OFF, then the one that closes ON
+    for place in (3, 4):  # the opening output goes OFF, then the closing output goes ON
         _judge(place, what, "moved, power", outputs=2, sensor=False)
     _judge(4, what, "power", outputs=1, sensor=True)
 
@@ -109,7 +109,7 @@ def test_each_disturbance_at_each_command_neither_drops_nor_doubles_a_part(what:
 @pytest.mark.parametrize("how", _CALLS)
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_close_is_not_forgotten_because_the_next_call_is_missing(engine: str, how: str) -> None:
-    """The part is carried to the target, from wherever the robot was brought.
+    """The part is carried to the target from wherever the robot was moved.
 
     Source: docs/explanation/scan-model.md, one scan; guide 4.5.1, I/O port reference
     """
@@ -124,7 +124,7 @@ def test_a_close_is_not_forgotten_because_the_next_call_is_missing(engine: str, 
 
 @pytest.mark.parametrize("how", _CALLS)
 def test_a_release_is_not_forgotten_either(how: str) -> None:
-    """No second part comes to the target, even if a sensor reports an empty hand.
+    """No second part is brought to the target, even if a sensor reports an empty hand.
 
     Source: head of FB_PickPlace
     """
@@ -137,7 +137,7 @@ def test_a_release_is_not_forgotten_either(how: str) -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_after_a_refused_close_the_hand_counts_as_open(engine: str) -> None:
-    """The hand opens, returns to the source and closes there.
+    """The hand opens, and the robot returns to the source and closes it there.
 
     Source: guide 1.2, abnormal end; 4.5.1
     """
@@ -151,7 +151,7 @@ def test_after_a_refused_close_the_hand_counts_as_open(engine: str) -> None:
 
 
 def test_a_power_cycle_opens_a_hand_of_one_output() -> None:
-    """The part has fallen. Holds shows it, and the next start fetches another part.
+    """The part has fallen. Holds shows this, and the next start fetches another part.
 
     Source: docs/explanation/fidelity.md: outputs are OFF after power-on
     """
@@ -163,7 +163,10 @@ def test_a_power_cycle_opens_a_hand_of_one_output() -> None:
 
 
 def test_a_power_cycle_after_the_error_is_reported_at_the_next_start() -> None:
-    """A person looks for the part first, since it may be anywhere. Source: errors.md, 16#8059."""
+    """A person must look for the part first, since it may be anywhere.
+
+    Source: errors.md, 16#8059.
+    """
     bench = _begun(3, "refused")
     assert bench.end == ("Error", 0x8020, True)
     bench.power_cycle()
@@ -193,7 +196,10 @@ def test_a_power_cycle_leaves_a_hand_of_two_outputs_as_it_is() -> None:
 
 
 def test_a_lost_link_with_a_part_in_the_hand_is_no_power_cycle() -> None:
-    """While it lasts nobody knows; the outputs tell afterwards. Source: guide 4.5.1."""
+    """The state is unknown while the link is lost. The outputs are read afterwards.
+
+    Source: guide 4.5.1.
+    """
     bench = _begun(3, "link loss")
     assert bench.end == ("Error", 0x8001, False)
     assert bench.work() == "Done"
@@ -201,20 +207,22 @@ def test_a_lost_link_with_a_part_in_the_hand_is_no_power_cycle() -> None:
 
 
 def test_a_power_cycle_without_a_call_of_the_block_is_seen_afterwards() -> None:
-    """A program that calls it in some states only. Source: RCX_ARBITRATION, Losses."""
+    """Some programs call the block in certain states only. Source: RCX_ARBITRATION, Losses."""
     bench = _begun(4, "no call, refused")
     bench.moved_by_hand()
     bench["Call"] = False
     bench.power_cycle()
     bench["Call"] = True
-    assert bench.work() == "805E", "released, or fallen elsewhere"
+    assert bench.work() == "805E", "the part was released, or has fallen elsewhere"
     assert bench.work(HandEmpty=True) == "Done"
 
 
 def test_an_unknown_state_of_the_hand_stays_an_error_until_hand_empty() -> None:
-    """Two outputs, both OFF, and the close had no end: the hand may hold a part or not.
+    """Both outputs are OFF and the close command had no end, so the hand may hold a part or not.
 
-    With a sensor it needs nobody. Source: head of FB_PickPlace, 16#805E
+    With a sensor, HandEmpty is not needed.
+
+    Source: head of FB_PickPlace, 16#805E
     """
     bench = _begun(4, "power cycle", outputs=2)
     for _ in range(2):
@@ -227,7 +235,7 @@ def test_an_unknown_state_of_the_hand_stays_an_error_until_hand_empty() -> None:
 
 
 def test_fingers_that_did_not_close_at_the_source_may_close_elsewhere() -> None:
-    """Their input comes after the robot was moved: nobody knows what they hold.
+    """The input came after the robot was moved, so it is unknown what the hand holds.
 
     Source: docs/reference/errors.md, 16#805A
     """
@@ -241,7 +249,10 @@ def test_fingers_that_did_not_close_at_the_source_may_close_elsewhere() -> None:
 
 
 def test_where_the_target_was_reached_the_part_is_put_down_there_again() -> None:
-    """A release that was refused unseen: it goes to the target again. Source: its head."""
+    """The release was refused without being seen, so the robot moves to the target again.
+
+    Source: its head.
+    """
     bench = _begun(4, "no call, refused")
     assert bench.held
     bench.moved_by_hand()
@@ -250,7 +261,7 @@ def test_where_the_target_was_reached_the_part_is_put_down_there_again() -> None
 
 
 def test_a_power_cycle_that_begins_in_a_scan_without_a_call_is_reported_later() -> None:
-    """The work ends as not called in every scan; the part has fallen wherever the robot was.
+    """The work ends because it was not called. The part has fallen wherever the robot was.
 
     Source: docs/reference/errors.md, 16#8013 and 16#8059
     """
@@ -269,7 +280,10 @@ def test_a_power_cycle_that_begins_in_a_scan_without_a_call_is_reported_later() 
 
 
 def test_a_power_cycle_after_an_error_at_the_target_puts_no_part_down_there() -> None:
-    """The robot may have been moved since. Source: head of FB_RcxPickMemory; errors.md."""
+    """The robot may have been moved after the error.
+
+    Source: head of FB_RcxPickMemory; errors.md.
+    """
     bench = PartBench()
     bench["Pick.Gripper.PartInput"] = 30
     bench["Pick.Execute"] = True
@@ -285,7 +299,7 @@ def test_a_power_cycle_after_an_error_at_the_target_puts_no_part_down_there() ->
 
 @pytest.mark.parametrize("place", [3, 4])
 def test_of_two_outputs_a_hand_that_stayed_open_fetches_its_part_anew(place: int) -> None:
-    """The close command was refused, at the first output or at the second one.
+    """The close command was refused at the first or at the second output.
 
     Source: guide 4.5.1.
     """
@@ -309,7 +323,7 @@ def test_of_two_outputs_a_hand_that_is_closed_goes_on_with_its_part() -> None:
 
 @pytest.mark.parametrize("power", [False, True])
 def test_where_fingers_closed_late_a_sensor_says_whether_there_is_a_part(power: bool) -> None:
-    """If both of two outputs are OFF afterwards, the hand does not change.
+    """If both outputs are OFF afterwards, the hand does not move.
 
     Source: docs/reference/errors.md, 16#805A and 16#805E: or wire PartInput
     """
@@ -326,7 +340,9 @@ def test_where_fingers_closed_late_a_sensor_says_whether_there_is_a_part(power: 
 
 @pytest.mark.parametrize("sensor", [False, True])
 def test_a_hand_that_another_block_closes_after_a_release(sensor: bool) -> None:
-    """The release was refused, the close changes nothing: a sensor knows, else nobody does.
+    """The release was refused, so closing changes nothing.
+
+    Only a sensor can show whether there is a part.
 
     Source: docs/reference/errors.md, 16#805E
     """
@@ -340,7 +356,7 @@ def test_a_hand_that_another_block_closes_after_a_release(sensor: bool) -> None:
 
 @pytest.mark.parametrize("outputs", [1, 2])
 def test_after_a_release_and_a_loss_an_open_hand_of_two_outputs_has_released(outputs: int) -> None:
-    """One output opens the hand without power, too, but the robot may have been elsewhere then.
+    """A hand with one output also opens without power, and the robot may have been elsewhere then.
 
     Source: head of FB_RcxPickMemory: without power one output opens the hand
     """

@@ -1,4 +1,4 @@
-"""FB_PickPlace refuses what cannot be before anything goes out; its state stays as it was."""
+"""FB_PickPlace refuses illegal inputs before any command, and keeps its state."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _ROW = {"SourcePallet": 0, "TargetPallet": 39}
 
 
 def _numbers(low: int, high: int, *names: str) -> list[tuple[dict[str, Any], int]]:
-    """Return each pin with values at its limits and beyond them."""
+    """Return each pin with values at its limits and beyond."""
     return [
         ({name: value}, 0x8044 * (not low <= value <= high))
         for name in names
@@ -26,7 +26,7 @@ def _numbers(low: int, high: int, *names: str) -> list[tuple[dict[str, Any], int
     ]
 
 
-#: Ports of DO are 2 to 7, 10 to 17 and 20 to 27; DI has 0 and 1, too. Bits are 0 to 7.
+#: Ports of DO are 2 to 7, 10 to 17 and 20 to 27. DI also has 0 and 1. Bits are 0 to 7.
 _PORTS = {2, *range(20, 28), 77, *range(100, 108), 177, 200, 277}
 _NO_PORTS = {-1, 8, 28, 29, 78, 80, 87, 90, 97, 99, 178, 180, 197, 278, 280, 300}
 _OUTPUTS = [1, 2, 7, 10, 17]
@@ -94,7 +94,7 @@ def test_an_illegal_input_is_refused_at_once(pins: dict[str, Any], error: int) -
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_refusal_forgets_nothing(engine: str) -> None:
-    """With the part in the hand the block continues where it was, with or without HandEmpty.
+    """With a part in the hand, the block continues where it was, with or without HandEmpty.
 
     Source: head of FB_PickPlace
     """

@@ -1,8 +1,8 @@
-"""FB_ProgramCall: a job for a robot program; the test plays the robot program, bit by bit.
+"""FB_ProgramCall gives a job to a robot program, which the test plays bit by bit.
 
-The bits are SI(20), SO(20) and SO(21), the words SIW(2) to SIW(7) and SOW(2) to SOW(7), unless a
-test says otherwise. Source of all: this library's own (docs/how-to/robot-program.md); where bits
-and words lie: chapter 1, 4.1.
+The bits are SI(20), SO(20) and SO(21), and the words are SIW(2) to SIW(7) and SOW(2) to SOW(7),
+unless a test says otherwise. The protocol is defined in docs/how-to/robot-program.md; the places of
+bits and words are in chapter 1, 4.1 of the manual.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from plc_bench import ROOT, PlcBench
 
 _PROGRAM = ROOT / "tests/data/library/ProgramCall.st"
 _VALUE, _WORD1, _WORD2 = -2, 0x1234, 0xABCD
-#: SOW(1) to SOW(7): ticket 5 is the last one that was taken; it was executed.
+#: SOW(1) to SOW(7): ticket 5 was the last one, and its job was executed.
 _TICKET = 5
 
 
 class Bench(PlcBench):
-    """The controller in its normal state, its program runs and waits for a job.
+    """The controller in its normal state, with a program that waits for a job.
 
     Args:
-        engine: What runs the program.
+        engine: The engine that runs the program.
         words: The images are words.
         size: Of the areas [byte].
     """
@@ -49,13 +49,13 @@ class Bench(PlcBench):
         self._start = self.snapshot()
 
     def anew(self) -> Bench:
-        """Go back to the beginning."""
+        """Return to the initial state."""
         self.restore(self._start)
         self.first = 2
         return self
 
     def show(self, **shown: int) -> None:
-        """Set what the robot program shows.
+        """Set the data that the robot program shows.
 
         Args:
             shown: ticket, outcome, value, word1, word2; acknowledged, complete (SO(20), SO(21)).
@@ -77,17 +77,17 @@ class Bench(PlcBench):
 
     @property
     def strobe(self) -> bool:
-        """SI(20) as written."""
+        """Return SI(20) from the written area."""
         return bool(self.image[34] & 1)
 
     @property
     def ticket(self) -> int:
-        """The ticket as written."""
+        """Return the ticket from the written area."""
         return self.words[3]
 
     @property
     def error(self) -> int:
-        """ErrorID, 0 while it shows no Error."""
+        """Return ErrorID if there is an Error, else 0."""
         return int(self["Call.ErrorID"]) if self["Call.Error"] else 0
 
     def execute(self, **pins: int | bool) -> None:
@@ -100,17 +100,17 @@ class Bench(PlcBench):
         self.scan()
 
     def hand_over(self) -> None:
-        """Execute, until the strobe is ON."""
+        """Start the block, and scan until the strobe is ON."""
         self.execute()
         self.scan_until(lambda: self.strobe, most=5)
 
     def take(self) -> None:
-        """The robot program takes the job: it shows its ticket and acknowledges."""
+        """Let the robot program accept the job: it shows the ticket and acknowledges."""
         self.show(ticket=self.ticket, acknowledged=1, complete=0)
         self.scan()
 
     def finish(self, outcome: int = 1, value: int = 0) -> None:
-        """The robot program completes the job; it is read."""
+        """Let the robot program complete the job, and scan until the block has read this."""
         self.show(outcome=outcome, value=value, complete=1)
         self.scan()
         self.show(acknowledged=0)
@@ -127,7 +127,7 @@ def _bench(engine: str = "builtin", *, words: bool = False, size: int = 48) -> B
 
 
 class Row(NamedTuple):
-    """One scan: what the robot program shows before it, and what the block does in it."""
+    """A scan: the data that the robot program shows before it, and the outputs of the block."""
 
     acknowledged: int
     complete: int
@@ -138,10 +138,10 @@ class Row(NamedTuple):
     ticket: int
 
 
-#: Execute rises in the first row and falls in the second one. Derived by hand from the protocol:
-#: the ticket is the one after that which is shown; the data stand one scan before the strobe; the
-#: strobe falls with the acknowledgement; the result is taken one scan after the robot program has
-#: shown that it is complete, and the acknowledgement may still be ON then.
+#: Execute rises in the first row and falls in the second row. The rows are derived by hand from the
+#: protocol: the ticket follows the shown ticket; the data are written one scan before the strobe;
+#: the strobe falls with the acknowledgement; the result is read one scan after the robot program
+#: has shown that it is complete, and the acknowledgement may still be ON then.
 _TABLE = (
     Row(0, 0, 5, "READY", "Busy", False, 0),
     Row(0, 0, 5, "DATA", "Busy", False, 6),
@@ -159,7 +159,7 @@ _TABLE = (
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("words", [False, True], ids=["bytes", "words"])
 def test_each_scan_of_a_job_is_as_derived_by_hand(engine: str, words: bool) -> None:
-    """A second reading of the protocol. Source: docs/how-to/robot-program.md."""
+    """The rows are a second reading of the protocol. Source: docs/how-to/robot-program.md."""
     plc = _bench(engine, words=words)
     for number, row in enumerate(_TABLE):
         plc["Call.Execute"] = number == 0
@@ -174,9 +174,11 @@ def test_each_scan_of_a_job_is_as_derived_by_hand(engine: str, words: bool) -> N
 
 @pytest.mark.parametrize("words", [False, True], ids=["bytes", "words"])
 def test_the_telegram_of_a_job(words: bool) -> None:
-    """Job 7, ticket 6, SID(4) = -2, SIW(6) = 16#1234, SIW(7) = 16#ABCD; SI(20) is bit 0 of n + 34.
+    """Job 7 has ticket 6, SID(4) = -2, SIW(6) = 16#1234 and SIW(7) = 16#ABCD.
 
-    The lower byte comes first. Source: chapter 1, 4.1 and 4.2.
+    SI(20) is bit 0 of n + 34, and the lower byte comes first.
+
+    Source: chapter 1, 4.1 and 4.2.
     """
     plc = _bench(words=words)
     plc.hand_over()
@@ -188,7 +190,7 @@ def test_the_telegram_of_a_job(words: bool) -> None:
 
 
 def test_the_result_is_that_of_the_robot_program() -> None:
-    """SOD(4), SOW(6), SOW(7). Source: chapter 1, 4.1; chapter 3, 2.2."""
+    """The result is in SOD(4), SOW(6) and SOW(7). Source: chapter 1, 4.1; chapter 3, 2.2."""
     plc = _bench()
     plc.hand_over()
     plc.take()
@@ -201,7 +203,7 @@ def test_the_result_is_that_of_the_robot_program() -> None:
 
 @pytest.mark.parametrize("words", [False, True], ids=["bytes", "words"])
 def test_in_the_extended_area_it_needs_no_turn_of_the_commands(words: bool) -> None:
-    """Words 24 to 29, SI(157), SO(70), SO(71): a command that does not end is out meanwhile."""
+    """The job uses words 24 to 29, SI(157), SO(70) and SO(71) during an endless command."""
     plc = _bench(words=words, size=256)
     for pin, value in {
         "FirstWord": 24,
@@ -264,7 +266,7 @@ def test_in_an_image_of_words_the_area_begins_at_an_even_byte() -> None:
 
 
 def test_a_job_that_is_not_acknowledged_ends_after_acknowledge_timeout() -> None:
-    """300 ms from the first scan after the start: the strobe goes. Source: errors.md, 16#8080."""
+    """The strobe is reset 300 ms after the first scan. Source: errors.md, 16#8080."""
     plc = _bench()
     plc["Call.AcknowledgeTimeout"] = "T#300ms"
     plc.execute()
@@ -276,7 +278,10 @@ def test_a_job_that_is_not_acknowledged_ends_after_acknowledge_timeout() -> None
 
 @pytest.mark.parametrize("shown", ["ticket 0", "acknowledged"])
 def test_nothing_is_handed_over_to_a_program_that_is_not_ready(shown: str) -> None:
-    """It shows no ticket, or is still at a job; Timeout ends the latter. Source: errors.md."""
+    """The program shows no ticket, or still works on a job, which Timeout limits.
+
+    Source: errors.md.
+    """
     plc = _bench()
     plc["Call.AcknowledgeTimeout"], plc["Call.Timeout"] = "T#300ms", "T#500ms"
     plc.show(**({"ticket": 0} if shown == "ticket 0" else {"acknowledged": 1}))
@@ -287,7 +292,10 @@ def test_nothing_is_handed_over_to_a_program_that_is_not_ready(shown: str) -> No
 
 
 def test_a_job_that_is_not_completed_ends_after_timeout_and_can_be_asked_for() -> None:
-    """Asked for, it has the same ticket; it is done. Source: errors.md, 16#8081."""
+    """When the job is requested again, it has the same ticket and is complete.
+
+    Source: errors.md, 16#8081.
+    """
     plc = _bench()
     plc["Call.Timeout"] = "T#500ms"
     plc.hand_over()
@@ -305,7 +313,7 @@ def test_a_job_that_is_not_completed_ends_after_timeout_and_can_be_asked_for() -
 
 
 def test_without_limits_it_waits() -> None:
-    """T#0s is not a limit."""
+    """With T#0s there is no limit."""
     plc = _bench()
     plc["Call.AcknowledgeTimeout"] = plc["Call.Timeout"] = "T#0s"
     plc.hand_over()
@@ -314,7 +322,7 @@ def test_without_limits_it_waits() -> None:
 
 
 def test_a_stop_does_not_end_it_and_a_limit_says_that_the_program_stands() -> None:
-    """Stopped is TRUE; the next start of the program continues with the job. Source: 16#8082."""
+    """Stopped is TRUE. The next start of the program continues with the job. Source: 16#8082."""
     plc = _bench()
     plc["Call.Timeout"] = "T#500ms"
     plc.hand_over()
@@ -346,7 +354,7 @@ def test_what_was_not_executed_is_an_error_and_the_next_job_is_a_new_one(
 
 
 def test_a_program_that_was_reset_at_the_job_is_asked_for_it_with_the_same_ticket() -> None:
-    """The acknowledgement has gone, and it is not complete. Source: 16#8083."""
+    """The acknowledgement is gone, and the job is not complete. Source: 16#8083."""
     plc = _bench()
     plc.hand_over()
     plc.take()
@@ -359,7 +367,7 @@ def test_a_program_that_was_reset_at_the_job_is_asked_for_it_with_the_same_ticke
 
 
 def test_a_program_that_was_reset_before_the_result_was_read_is_asked_again() -> None:
-    """The result is taken only while it is shown as complete."""
+    """The result is read only while the program shows it as complete."""
     plc = _bench()
     plc.hand_over()
     plc.take()
@@ -400,7 +408,10 @@ def test_a_loss_of_one_scan_ends_it_and_the_strobe_goes(loss: str, before: str) 
 
 
 def test_another_job_is_refused_while_one_is_open_and_anew_gives_it_up() -> None:
-    """The ticket of the one that is given up is not used: it may still arrive. Source: 16#8085."""
+    """The ticket of the abandoned job is not used again, because it may still arrive.
+
+    Source: 16#8085.
+    """
     plc = _bench()
     plc.hand_over()
     plc.change("Connected", to=False)
@@ -420,7 +431,7 @@ def test_another_job_is_refused_while_one_is_open_and_anew_gives_it_up() -> None
 
 
 def test_a_program_that_still_has_a_job_that_was_given_up_is_waited_for() -> None:
-    """Its acknowledgement is that of ticket 6: the strobe goes until it is ready."""
+    """The program acknowledges ticket 6, so the strobe is reset until the program is ready."""
     plc = _bench()
     plc.hand_over()
     plc.change("Connected", to=False)
@@ -441,7 +452,7 @@ def test_a_program_that_still_has_a_job_that_was_given_up_is_waited_for() -> Non
     ("shown", "ticket"), [(1, 2), (29_999, 30_000), (30_000, 1), (0x7FFF, 2768), (0xFFFF, 2768)]
 )
 def test_a_ticket_follows_the_one_that_is_shown(shown: int, ticket: int) -> None:
-    """1 to 30000, never 0. 32767 = 30000 + 2767; the highest bit does not count."""
+    """Tickets are 1 to 30000, never 0. 32767 is 30000 + 2767, and the highest bit is ignored."""
     plc = _bench()
     plc.show(ticket=shown)
     plc.hand_over()
@@ -450,7 +461,7 @@ def test_a_ticket_follows_the_one_that_is_shown(shown: int, ticket: int) -> None
 
 @pytest.mark.parametrize(("given", "ticket"), [(29_999, 1), (30_000, 2)])
 def test_a_ticket_that_was_given_up_is_passed_over(given: int, ticket: int) -> None:
-    """The ticket after 29999 would be 30000, but that one was given; then it begins with 1."""
+    """Ticket 30000 follows 29999 but belongs to an abandoned job, so the next ticket is 1."""
     plc = _bench()
     plc.show(ticket=given)
     plc.hand_over()
@@ -462,7 +473,10 @@ def test_a_ticket_that_was_given_up_is_passed_over(given: int, ticket: int) -> N
 
 
 def test_while_the_strobe_is_on_no_command_takes_the_words_away() -> None:
-    """And the job waits for the end of one that is out. Source: chapter 1, 4.1: shared words."""
+    """The job also waits for the end of a command that is on the wire.
+
+    Source: chapter 1, 4.1: shared words.
+    """
     plc = _bench()
     plc.give("Other", 0x0501)
     plc.execute()
@@ -505,7 +519,7 @@ def test_a_command_that_does_not_end_blocks_it() -> None:
 
 
 def test_a_scan_without_a_call_ends_it() -> None:
-    """It may have lost its turn. Source: docs/reference/errors.md, 16#8013."""
+    """The block may have lost its turn. Source: docs/reference/errors.md, 16#8013."""
     plc = _bench()
     plc.hand_over()
     plc["Called"] = False
@@ -516,7 +530,9 @@ def test_a_scan_without_a_call_ends_it() -> None:
 
 
 def test_words_beside_a_status_are_not_read() -> None:
-    """A status that nobody has requested: SOW(2) and so on are not the robot program's then.
+    """The status was not requested.
+
+    SOW(2) to SOW(7) do not belong to the robot program meanwhile.
 
     Source: chapter 1, 4.1: shared words.
     """
@@ -540,7 +556,7 @@ def test_words_beside_a_status_are_not_read() -> None:
 
 
 def test_the_result_of_another_ticket_is_not_taken() -> None:
-    """The robot program was started with another memory: it is asked again, with ticket 6."""
+    """The robot program was started with other data: the job is requested again, ticket 6."""
     plc = _bench()
     plc.hand_over()
     plc.take()
@@ -553,7 +569,7 @@ def test_the_result_of_another_ticket_is_not_taken() -> None:
 
 
 def test_execute_that_rises_again_changes_nothing_while_it_is_busy() -> None:
-    """The pins were sampled at the start. Source: docs/reference/blocks.md."""
+    """The block sampled its pins at the start. Source: docs/reference/blocks.md."""
     plc = _bench()
     plc.hand_over()
     area = plc.image[:48]

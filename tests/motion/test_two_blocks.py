@@ -1,4 +1,4 @@
-"""Two blocks on one robot: blocks of several commands notice the other one, and end."""
+"""Two blocks on one robot: blocks of several commands detect other commands, and end."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from both_engines import ENGINES
 from part_bench import AWAY, PartBench
 
 _MOVES = (0x001, 0, 0, 0, AWAY)
-#: Commands that move the robot or change what its points mean (guide 4.2, 4.6), in part.
+#: Some commands that move the robot or change the meaning of its points (guide 4.2, 4.6).
 _HARMFUL: dict[str, tuple[int, ...]] = {
     "moves": _MOVES,
     "inches": (0x024, 0, 1),
@@ -28,15 +28,15 @@ _HAND: dict[str, tuple[int, ...]] = {
     "switches the hand": (0x301, 0, 0x1020, 1),
     "writes the port of the hand": (0x300, 0, 0x1020, 1),
 }
-#: Blocks that move the robot, or let a program move it, by a dedicated input (chapter 5, 2).
+#: Blocks that use a dedicated input to move the robot, or to let a program move it (chapter 5, 2).
 _SEQUENCES = {
     "SI12": ("Start", {}),
     "SI15": ("Reset", {}),
     "SI14": ("Origin", {}),
     "SI17": ("Origin", {"Axes": "ORIGIN_ABSOLUTE"}),
 }
-#: Outputs of the hand, what another block writes, and whether that is an output of the hand. In
-#: the data a port is tens and units in bits 11 to 4, a bit of it bits 3 to 0 (guide 4.5.1).
+#: Outputs of the hand, data that another block writes, and whether they concern the hand. In the
+#: data, bits 11 to 4 have tens and units of a port, bits 3 to 0 a bit of it (guide 4.5.1).
 _PLACES = [
     ((0, 0), 0x301, 0x1020, True),  # DO(20) is where CloseOutput is 0
     ((23, 31), 0x301, 0x1023, True),
@@ -52,7 +52,7 @@ _PLACES = [
     ((107, 176), 0x300, 0x1100, True),
     ((107, 176), 0x301, 0x1077, False),
 ]
-#: Commands that change nothing for it (guide 4.2 to 4.8), in part.
+#: Some commands that do not affect the work (guide 4.2 to 4.8).
 _HARMLESS: dict[str, tuple[int, ...]] = {
     "reads the position": (0x506,),
     "reads a port": (0x304, 0, 0x0020),
@@ -80,7 +80,7 @@ def _sent(bench: PartBench, count: int) -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_movement_between_two_commands_ends_it_before_the_hand_opens(engine: str) -> None:
-    """The hand opens only at the target, with the next Execute.
+    """The hand opens only at the target, after the next Execute.
 
     Source: design of the library, 3; head of FB_PickPlace
     """
@@ -140,7 +140,7 @@ def test_blocks_that_read_and_set_the_speed_work_beside_it() -> None:
 
 
 def test_a_movement_is_waited_for_however_long_it_takes() -> None:
-    """The work has sent nothing yet: its first command goes out after the movement.
+    """The work has sent no command yet. Its first command is sent after the movement.
 
     Source: docs/explanation/scan-model.md, two blocks on one robot
     """
@@ -157,7 +157,7 @@ def test_a_movement_is_waited_for_however_long_it_takes() -> None:
 
 
 def test_a_switch_of_the_hand_that_ends_in_the_scan_of_the_start_is_no_harm() -> None:
-    """The switch is over before the work sends anything. Source: scan-model.md, two blocks."""
+    """The switch has ended before the work sends a command. Source: scan-model.md, two blocks."""
     bench = PartBench()
     bench.foreign = True
     bench.send(0x301, 0, 0x1020, 0)
@@ -171,7 +171,7 @@ def test_a_switch_of_the_hand_that_ends_in_the_scan_of_the_start_is_no_harm() ->
 
 @pytest.mark.parametrize("signal", _SEQUENCES)
 def test_a_start_input_that_goes_on_ends_it(signal: str) -> None:
-    """A program is started or reset, or the robot returns to its origin.
+    """The input starts or resets a program, or returns the robot to its origin.
 
     Source: manual chapter 5, 2.1: SI(12), SI(14), SI(15), SI(17)
     """
@@ -188,7 +188,7 @@ def test_a_start_input_that_goes_on_ends_it(signal: str) -> None:
     bench.ends()
     assert bench.end == ("Error", 0x805D, True)
     bench.scan(60)
-    assert (bench.held, bench.told[-1]) == (True, "move 20"), "it does not open"
+    assert (bench.held, bench.told[-1]) == (True, "move 20"), "the hand does not open"
 
 
 def test_a_robot_program_that_begins_ends_it() -> None:
@@ -210,7 +210,10 @@ def test_a_robot_program_that_begins_ends_it() -> None:
 
 
 def test_a_robot_program_that_begins_while_robot_2_moves_ends_it() -> None:
-    """It is unknown what the program moves. Source: manual chapter 5, 2.2: SO(13)."""
+    """A robot program that starts ends the work, because it may move either robot.
+
+    Source: manual chapter 5, 2.2: SO(13).
+    """
     bench = PartBench()
     _sent(bench, 4)
     bench.send(*_HARMLESS["moves robot 2"])
@@ -222,7 +225,9 @@ def test_a_robot_program_that_begins_while_robot_2_moves_ends_it() -> None:
 
 
 def test_no_other_block_may_switch_one_of_two_outputs_of_the_hand() -> None:
-    """This includes the output that opens the hand.
+    """The work ends if another block switches one of the hand's outputs.
+
+    This includes the output that opens the hand.
 
     Source: guide 4.5.1; RCX_GRIPPER, OpenOutput.
     """
@@ -236,7 +241,7 @@ def test_no_other_block_may_switch_one_of_two_outputs_of_the_hand() -> None:
 
 
 def test_outputs_of_the_hand_are_known_however_they_are_written() -> None:
-    """Bit by bit or as a port. Source: guide 4.5.1."""
+    """The other block writes a bit or a port. Source: guide 4.5.1."""
     block = Alone("FB_RcxMayGoOn", {"Robot": "RCX_REF"}, "builtin")
     block["Block.HasHand"] = True
     block["Robot.Inner.Phase"] = "PHASE_COMMAND_RUN"
@@ -266,7 +271,7 @@ def test_a_second_block_of_several_commands_is_refused() -> None:
 
 
 def test_blocks_for_two_robots_of_one_controller_work_side_by_side() -> None:
-    """Each with its own hand. Source: guide 3.1, robot designation."""
+    """Each robot has its own hand. Source: guide 3.1, robot designation."""
     bench = PartBench()
     bench["Second.RobotNumber"] = 2
     bench["Second.Gripper.CloseOutput"] = 24
@@ -277,7 +282,7 @@ def test_blocks_for_two_robots_of_one_controller_work_side_by_side() -> None:
 
 
 def test_a_part_that_one_block_has_left_in_the_hand_is_not_dropped_by_another() -> None:
-    """It may be released once HandEmpty reports an empty hand, or the first block has placed it.
+    """The part may be released after HandEmpty, or after the first block has placed it.
 
     Source: head of FB_PickPlace
     """
@@ -293,7 +298,9 @@ def test_a_part_that_one_block_has_left_in_the_hand_is_not_dropped_by_another() 
         else:
             assert bench.work() == "Done"
         assert bench.work("Second", HandEmpty=empty) == "Done"
-        assert bench.work("Second", HandEmpty=False) == "Done", "that was for one start"
+        assert bench.work("Second", HandEmpty=False) == "Done", (
+            "HandEmpty counted for the earlier start only"
+        )
 
 
 def test_of_a_start_that_is_refused_hand_empty_does_not_count() -> None:
@@ -334,7 +341,10 @@ def test_a_table_for_a_robot_that_does_not_exist_is_refused(number: int) -> None
 
 
 def test_a_block_that_is_called_no_more_gives_the_robot_back() -> None:
-    """The robot is free after one scan. Source: docs/explanation/scan-model.md, two turns."""
+    """The robot is free after a scan without a call.
+
+    Source: docs/explanation/scan-model.md, two turns.
+    """
     bench = PartBench()
     _sent(bench, 2)
     bench["Call"] = False
@@ -344,7 +354,7 @@ def test_a_block_that_is_called_no_more_gives_the_robot_back() -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_table_ends_if_another_block_moves_the_robot(engine: str) -> None:
-    """A movement requested with CallNumber does not end it. Source: head of FB_MoveTable."""
+    """A movement at a row with CallNumber does not end it. Source: head of FB_MoveTable."""
     bench = PartBench(engine)
     for row, point in ((1, 20), (2, 40)):
         bench[f"Moves[{row}].Kind"], bench[f"Moves[{row}].Point"] = "MOVE_PTP", point
@@ -362,7 +372,7 @@ def test_a_table_ends_if_another_block_moves_the_robot(engine: str) -> None:
     bench["Table.Execute"] = True
     bench.until(lambda: bench["Table.CallNumber"] == 7)
     bench.scan()
-    assert bench.work() == "Done", "another block of several commands, too"
+    assert bench.work() == "Done", "this includes another block of several commands"
     bench["Table.Acknowledge"] = True
     bench.until(lambda: not bench["Table.Busy"])
     assert (bench["Table.Done"], bench.told[-1]) == (True, "move 40")

@@ -1,4 +1,7 @@
-"""FB_WorkCycle: Start, Stop, Reset and the first fault; the test plays the controller."""
+"""FB_WorkCycle: Start, Stop, Reset and the first fault.
+
+The test plays the controller.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from plc_bench import ROOT, PlcBench
 def _bench() -> PlcBench:
     """Return a bench in AUTO with the servos on, SI(00) and SI(06) ON and settled.
 
-    `Cycle` has a movement as its work, `Bare` has none: the test plays it.
+    The work of `Cycle` is a movement. `Bare` has no work block; the test plays its work.
     """
     plc = PlcBench(program=ROOT / "tests/data/library/WorkCycle.st")
     plc.power_up()
@@ -27,7 +30,7 @@ def _press(plc: PlcBench, pin: str) -> None:
 
 
 def _running(block: str = "Bare") -> PlcBench:
-    """Return a bench whose cycle has powered up and requests its work."""
+    """Return a bench with a cycle that has powered up and requests its work."""
     plc = _bench()
     _press(plc, f"{block}.Start")
     plc.scan_until(lambda: bool(plc[f"{block}.Run"]))
@@ -58,7 +61,10 @@ def _end(plc: PlcBench, status: int = 0x0200) -> None:
 
 
 def test_start_powers_up_and_the_work_follows_again_and_again() -> None:
-    """Run falls for a scan after each. Source: this library's own; servo on: chapter 5, 3.1."""
+    """Run falls for a scan after each work.
+
+    Source: this library's own; servo on: chapter 5, 3.1.
+    """
     plc = _bench()
     plc.outputs(SO02=False)
     plc.scan(20)
@@ -92,7 +98,7 @@ def test_run_stays_away_as_long_as_the_work_shows_its_end() -> None:
 
 
 def test_auto_mode_that_is_lost_is_a_fault_once_no_command_is_out() -> None:
-    """The cycle continues only with a new Start.
+    """The cycle continues only after a new Start.
 
     Source: head of FB_WorkCycle; errors.md, 16#8006.
     """
@@ -100,7 +106,7 @@ def test_auto_mode_that_is_lost_is_a_fault_once_no_command_is_out() -> None:
     plc.scan_until(lambda: plc.words[0] != 0)
     plc.outputs(SO10=False)
     plc.scan(20)
-    assert _shown(plc, "Cycle") == _RUN, "the command that is out has its end first"
+    assert _shown(plc, "Cycle") == _RUN, "the command on the wire ends first"
     _end(plc)
     plc.scan(3)
     assert _shown(plc, "Cycle") == _fault(0x8006)
@@ -116,12 +122,12 @@ def test_auto_mode_that_is_lost_is_a_fault_once_no_command_is_out() -> None:
     _press(plc, "Bare.Start")
     plc.scan_until(lambda: bool(plc["Bare.Run"]))
     plc.scan(20)
-    assert _shown(plc) == _RUN, "begun without it"
+    assert _shown(plc) == _RUN, "the cycle has begun without its work"
 
 
 @pytest.mark.parametrize("later", [0, 1, 5])
 def test_a_work_whose_end_comes_with_the_fault_or_after_it_is_counted(later: int) -> None:
-    """The work is counted once; work that ends with an error is not counted.
+    """The work is counted once. A work that ends with an error is not counted.
 
     Source: comment of Count.
     """
@@ -145,7 +151,7 @@ def test_a_work_whose_end_comes_with_the_fault_or_after_it_is_counted(later: int
 
 
 def test_only_work_that_the_cycle_began_is_counted() -> None:
-    """A WorkDone in the first call, or without a Start, is not counted.
+    """A WorkDone in the first call or without a Start is not counted.
 
     Source: comment of Count.
     """
@@ -173,7 +179,7 @@ def test_stop_ends_it_once_the_work_under_way_is_done() -> None:
     _press(plc, "Cycle.Start")
     plc.scan_until(lambda: bool(plc["Cycle.Run"]))
     plc.scan(20)
-    assert _shown(plc, "Cycle") == _RUN, "the stop was that of the last time"
+    assert _shown(plc, "Cycle") == _RUN, "the stop belonged to the last cycle"
 
 
 def test_start_takes_a_stop_back_but_not_while_it_is_pressed() -> None:
@@ -209,7 +215,7 @@ def test_stop_between_two_works_begins_no_other() -> None:
 
 @pytest.mark.parametrize("when", ["before", "meanwhile"])
 def test_stop_while_it_powers_up_begins_no_work(when: str) -> None:
-    """A Start under a pressed Stop does nothing. Source: this library's own."""
+    """A Start while Stop is TRUE has no effect. Source: this library's own."""
     plc = _bench()
     plc["Bare.Stop"] = when == "before"
     _press(plc, "Bare.Start")
@@ -234,7 +240,7 @@ def test_the_first_fault_is_shown_until_reset_and_then_start_works_again() -> No
     plc["Connected"] = True
     plc.scan(30)
     _press(plc, "Cycle.Start")
-    assert _shown(plc, "Cycle") == _fault(0x8020), "what comes later is not the first"
+    assert _shown(plc, "Cycle") == _fault(0x8020), "a later error is not the first one"
     assert (plc["Cycle.AlarmGroup"], plc["Cycle.AlarmCategory"]) == alarm
     _press(plc, "Cycle.Reset")
     plc.scan(50)
@@ -255,14 +261,14 @@ def test_another_error_of_the_work_does_not_take_the_place_of_the_first() -> Non
 
 
 def test_reset_counts_with_its_edge_and_in_a_safe_cell_only() -> None:
-    """A button that was held before acknowledges nothing. Source: this library's own."""
+    """A button that was TRUE before acknowledges nothing. Source: this library's own."""
     plc = _running()
     plc["Bare.WorkErrorID"] = 0x8011
     plc["Bare.Reset"] = True
     plc.scan(2)
     plc["Bare.WorkErrorID"] = 0
     plc.scan(2)
-    assert _shown(plc) == _fault(0x8011), "it was pressed before the fault"
+    assert _shown(plc) == _fault(0x8011), "the button was pressed before the fault"
     plc["Bare.Reset"] = False
     plc["EmergencyStopOk"] = False
     plc.scan()
@@ -275,7 +281,7 @@ def test_reset_counts_with_its_edge_and_in_a_safe_cell_only() -> None:
     plc.scan()
     plc["Bare.Reset"] = plc["Bare.Start"] = True
     plc.scan(2)
-    assert _shown(plc) == _IDLE, "Start is a button of its own"
+    assert _shown(plc) == _IDLE, "Start is a separate button"
 
 
 @pytest.mark.parametrize("state", ["POWER_UP", "RUN", "STOP"])
@@ -295,7 +301,7 @@ def test_reset_without_a_fault_does_nothing(state: str) -> None:
 
 
 def test_reset_acknowledges_the_error_that_the_work_shows_in_that_scan() -> None:
-    """If the work is called after the cycle, the cycle sees its end one scan later.
+    """If the work is called after the cycle, the cycle sees the work's end one scan later.
 
     Source: this library's own.
     """
@@ -306,7 +312,7 @@ def test_reset_acknowledges_the_error_that_the_work_shows_in_that_scan() -> None
     plc.scan()
     assert _shown(plc) == _IDLE
     plc.scan()
-    assert _shown(plc) == _fault(0x8059), "one that stays is there still"
+    assert _shown(plc) == _fault(0x8059), "an error that stays is still shown"
 
 
 def test_an_error_of_the_work_is_a_fault_in_every_state() -> None:
@@ -322,7 +328,7 @@ def test_an_error_of_the_work_is_a_fault_in_every_state() -> None:
 )
 @pytest.mark.parametrize("when", ["before", "meanwhile"])
 def test_a_start_without_link_or_cell_is_a_fault(cause: str, error_id: int, when: str) -> None:
-    """The start is not delayed: a door that closes, or a cable, must not start the robot.
+    """The start is not delayed, because a closing door or a plugged cable must not start the robot.
 
     Source: this library's own.
     """
@@ -340,7 +346,9 @@ def test_a_start_without_link_or_cell_is_a_fault(cause: str, error_id: int, when
         plc["Bare.Start"] = True
     plc.scan()
     assert _shown(plc) == _fault(error_id)
-    assert when == "meanwhile" or not plc["Bare.Powering.Busy"], "nor does that wait"
+    assert when == "meanwhile" or not plc["Bare.Powering.Busy"], (
+        "a later start is not delayed either"
+    )
     plc.outputs(SO01=True)
     plc["Connected"] = plc["EmergencyStopOk"] = True
     plc.scan(100)
@@ -391,7 +399,7 @@ def test_a_power_up_that_fails_later_does_not_take_the_place_of_the_first_fault(
 
 @pytest.mark.parametrize("cause", ["link", "SO01", "SO02"])
 def test_a_loss_while_the_cycle_is_idle_is_no_fault(cause: str) -> None:
-    """Only the cycle's own work needs the connection. Source: this library's own."""
+    """Only the work of the cycle needs the connection. Source: this library's own."""
     plc = _bench()
     if cause == "link":
         plc["Connected"] = False
@@ -415,18 +423,18 @@ def test_a_lost_controller_is_a_fault_whatever_the_work_does(cause: str, error_i
 
 
 def test_lost_servos_are_a_fault_at_once_where_no_command_is_out() -> None:
-    """This happens while the work waits for another robot. Source: manual chapter 5, 3.1."""
+    """The work waits for another robot in this case. Source: manual chapter 5, 3.1."""
     plc = _running()
     plc["EmergencyStopOk"] = False
     plc.scan(20)
-    assert _shown(plc) == _RUN, "it is the servos that count, not why"
+    assert _shown(plc) == _RUN, "the servos count, not the reason"
     plc.outputs(SO02=False)
     plc.scan()
     assert _shown(plc) == _fault(0x800C)
 
 
 def test_of_lost_servos_the_command_that_is_out_says_more() -> None:
-    """The command ends with the alarm 12.600. Source: guide 1.2."""
+    """The command ends with alarm 12.600. Source: guide 1.2."""
     plc = _running("Cycle")
     plc.scan_until(lambda: plc.words[0] != 0)
     plc.outputs(SO02=False)
@@ -438,7 +446,7 @@ def test_of_lost_servos_the_command_that_is_out_says_more() -> None:
 
 
 def test_a_command_of_another_block_hides_lost_servos_for_a_second() -> None:
-    """A continuous output of the position is such a command. Source: this library's own."""
+    """Such a command is a continuous output of the position. Source: this library's own."""
     plc = _running()
     plc["Other.Execute"] = True
     plc.scan_until(lambda: plc.words[0] != 0)
@@ -463,7 +471,7 @@ def test_the_count_does_not_begin_again_below_zero() -> None:
 
 
 def test_a_start_that_is_true_in_the_first_scan_has_not_been_pressed() -> None:
-    """A button that hangs, or is held through a restart of the PLC: nothing begins by itself.
+    """The button may be stuck or held during a restart of the PLC. Nothing starts by itself.
 
     Source: the block's own sentence; FB_Operator takes its keys the same way.
     """

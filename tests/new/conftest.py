@@ -1,4 +1,4 @@
-"""For the tests of a project that `rcx new` has written: pytest within pytest."""
+"""Enable pytest inside pytest, for the tests of a project that `rcx new` has written."""
 
 from __future__ import annotations
 

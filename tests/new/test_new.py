@@ -1,4 +1,4 @@
-"""`rcx new`: a project that works without changes; no existing file is overwritten."""
+"""`rcx new` writes a project that works without changes, and never overwrites a file."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _PLAIN = [f"-pno:{name}" for name in ("cacheprovider", "xdist", "hypothesispytes
 
 
 _CELL = "plc --robot robot.toml --properties campaign.toml"
-#: Commands of the README that verify the cell, with options that make them quick here.
+#: Commands of the README that verify the cell, with options that make them fast here.
 _VERIFY = {
     "pytest --rcx-coverage": (),
     f"rcx campaign {_CELL} --seeds 100": (
@@ -44,9 +44,9 @@ def _files(folder: Path) -> set[str]:
 
 
 def test_its_tests_pass(pytester: pytest.Pytester) -> None:
-    """Normal run, emergency stop, alarm and loss of the link, each in a file of its own.
+    """Normal run, emergency stop, alarm and loss of the link have a test file each.
 
-    They execute every statement and branch of its program.
+    Together they execute every statement and branch of the program.
     """
     assert main(["new", "."]) == 0
     options = ("--rcx-engine=builtin", "--rcx-coverage", "--rcx-cover-fail-under=100")
@@ -65,7 +65,7 @@ def test_its_tests_pass_with_areas_of_256_bytes(pytester: pytest.Pytester) -> No
 
 @pytest.mark.exhaustive
 def test_its_tests_fail_where_the_program_restarts_by_itself(pytester: pytest.Pytester) -> None:
-    """A template's tests are worth what they find."""
+    """The tests of a template must detect faults."""
     assert main(["new", "."]) == 0
     program = Path("plc/PickAndPlace.st")
     source = program.read_text(encoding="utf-8")
@@ -129,13 +129,13 @@ def test_each_of_them_ends_with_0_in_a_new_project(
 def test_mutants_of_it_are_tried_with_its_tests(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
-    """All of them, with all of its tests, are a matter of minutes."""
+    """Trying all mutants with all tests takes minutes."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("PYTEST_ADDOPTS", raising=False)
     assert main(["new", "."]) == 0
     quick = ["--fail-under", "0", "--minutes", "0", "--workers", "1"]
     assert main(["mutants", "plc", *quick, "--", "pytest", "-k", "one_part"]) == 0
-    assert "NOT RUN YET (the next call goes on)" in capsys.readouterr().out
+    assert "NOT RUN YET (the next call continues)" in capsys.readouterr().out
 
 
 def test_the_configurations_of_its_launch_json_can_be_debugged(
@@ -212,7 +212,7 @@ def test_each_ci_file_installs_checks_tests_and_keeps_the_charts(tmp_path: Path,
     )
     places = [text.index(command) for command in commands]
     assert places == sorted(places)
-    assert re.search(r"(artifact|archiveArtifacts)[^#]*\bout/", text), "out/failed is in out/"
+    assert re.search(r"(artifact|archiveArtifacts)[^#]*\bout/", text), "out/failed is inside out/"
     assert "\t" not in text
     assert ("windows-latest" in text) is (ci == "github")
     assert "out/failed" in (tmp_path / ci / "pytest.ini").read_text(encoding="utf-8")

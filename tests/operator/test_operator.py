@@ -1,4 +1,7 @@
-"""FB_Operator: the effect of each key, its conditions, and messages; the test plays the robot."""
+"""FB_Operator: each key has its effect, its conditions and its messages.
+
+The test plays the robot.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from structured_text.output.toml_files import load_toml
 _KEYS = ("ServoOn", "Start", "ProgramReset", "StepLine", "JogPlus", "JogMinus", "Teach")
 
 
-#: Key, what is in its way, ErrorID: from the conditions of the blocks behind it.
+#: Key, hindrance and ErrorID, from the conditions of the blocks behind the key.
 _REASONS = [
     ("ServoOn", "Connected=0", 0x8001),
     ("ServoOn", "SO01=0", 0x8002),
@@ -94,7 +97,7 @@ def test_servo_on_resets_the_alarm_and_switches_the_servos_on(engine: str) -> No
     assert plc["Panel.Following"] == "PANEL_NEXT_RESET"
     plc.outputs(SO03=False, scans=2)
     assert plc["Panel.Following"] == "PANEL_NEXT_SERVO_ON"
-    assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x800C, False), "a hint"
+    assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x800C, False), "the message is a hint"
     plc.press("ServoOn")
     assert (plc["Panel.Following"], plc["Operator.Busy"]) == ("PANEL_NEXT_NONE", True)
     assert plc.can(*_KEYS) == [False] * len(_KEYS)
@@ -201,7 +204,7 @@ def test_reset_in_an_emergency_stop_says_that_it_has_to_be_released_first() -> N
     assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8003, True)
     plc["EmergencyStopOk"] = False
     plc.outputs(SO00=False, scans=2)
-    assert plc["Panel.Following"] == "PANEL_NEXT_NONE", "the cell is not safe"
+    assert plc["Panel.Following"] == "PANEL_NEXT_NONE", "CellSafe is FALSE"
 
 
 def test_the_program_is_reset() -> None:
@@ -220,7 +223,7 @@ def test_a_line_of_the_program_is_stepped(number: int, sent: int) -> None:
     plc = OperatorBench(ProgramNumber=number)
     plc.press("StepLine", then=8)
     assert [words[:3] for words in plc.sent[:1]] == [[0x0403, 0x0001, sent]]
-    assert plc.codes[1:] == [0x0506], "where the robot is now"
+    assert plc.codes[1:] == [0x0506], "the robot's present position"
     assert plc.message == 0
 
 
@@ -235,7 +238,7 @@ def test_where_the_robot_is_becomes_the_point_of_the_panel() -> None:
     plc.scan(5)
     assert "Taught" in plc.lamps()
     plc.press("Reset")
-    assert "Taught" not in plc.lamps(), "the lamp is of the last key"
+    assert "Taught" not in plc.lamps(), "the lamp belongs to the last key"
 
 
 def test_a_point_can_be_taught_with_the_servos_off() -> None:
@@ -289,7 +292,7 @@ def test_a_command_that_ends_with_an_alarm_is_told_with_its_words() -> None:
     plc.refuse, plc.alarm = 0x0403, (99, 999)
     plc.press("StepLine", then=8)
     assert (plc["Panel.AlarmGroup"], plc["Panel.AlarmCategory"]) == (99, 999)
-    assert plc["Panel.Message.Name"] == "Abnormal end", "this alarm has no words of its own"
+    assert plc["Panel.Message.Name"] == "Abnormal end", "this alarm has no text of its own"
 
 
 def _alarms() -> list[dict[str, object]]:
@@ -404,7 +407,7 @@ def test_a_key_that_hangs_as_the_link_comes_starts_nothing_and_is_told(key: str)
     plc.outputs(SO01=True, SO02=key != "ServoOn", SO04=True, SO10=True, SO03=key == "Reset")
     plc.set(Automatic=key == "Start", scans=3)
     assert plc.message == 0x8001
-    assert plc["Panel.Lamp.Fault"] is (key == "Stop"), "it acts, and is not answered"
+    assert plc["Panel.Lamp.Fault"] is (key == "Stop"), "the key acts without an answer"
     plc.change("Connected", to=True)
     assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8074, True)
     plc.scan(60)
@@ -412,7 +415,7 @@ def test_a_key_that_hangs_as_the_link_comes_starts_nothing_and_is_told(key: str)
     assert plc.inputs == (["SI00"] if key == "Stop" else ["SI00", "SI06"])
     plc.change("Connected", to=False, scans=5)
     plc.change("Connected", to=True)
-    assert plc.message == 0x8074, "once more"
+    assert plc.message == 0x8074, "the key is pressed once more"
     plc.scan(60)
     assert plc.inputs == (["SI00"] if key == "Stop" else ["SI00", "SI06"])
     assert plc.sent == []

@@ -1,4 +1,4 @@
-"""FB_Operator beside other blocks: what the panel has sent is its own, and nothing else is."""
+"""FB_Operator with other blocks: only the panel's own commands belong to the panel."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ def _stopped_without_the_hmi(plc: OperatorBench) -> bool:
 
 @pytest.mark.parametrize("key", _KEYS)
 def test_without_the_hmi_the_same_command_of_another_block_goes_on(key: str) -> None:
-    """This also holds after a command of the panel. Source: head of FB_Operator, HmiOk."""
+    """Without the HMI, another block's command continues, also after the same command of the panel.
+
+    Source: head of FB_Operator, HmiOk.
+    """
     plc = OperatorBench(Stepwise=True)
     plc.press(key, scans=20)
     assert _KEYS[key] in plc.codes
@@ -50,7 +53,7 @@ def test_a_step_that_has_ended_during_missed_calls_is_not_stopped_any_more(
 
 
 def test_of_a_step_that_comes_too_late_only_that_is_told() -> None:
-    """Once the press no longer counts, the panel does not report that another block sets the speed.
+    """If the press no longer counts, the panel does not report that another block sets the speed.
 
     Source: docs/reference/errors.md, 16#8076 and 16#805D
     """

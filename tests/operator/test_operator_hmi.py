@@ -1,4 +1,4 @@
-"""FB_Operator without its HMI (HmiOk): no key but Stop has an effect."""
+"""Without its HMI (HmiOk), no key of FB_Operator except Stop has an effect."""
 
 from __future__ import annotations
 

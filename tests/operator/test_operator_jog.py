@@ -1,4 +1,7 @@
-"""FB_Operator: the jog keys; the test plays the robot."""
+"""FB_Operator: the jog keys.
+
+The test plays the robot.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from both_engines import ENGINES
 from operator_bench import OperatorBench
 
 _SPEED, _AMOUNT, _STEP, _POSITION = 0x0038, 0x0027, 0x0024, 0x0506
-#: Code of another block; any command will do.
+#: Code of another block. Any command will do.
 _OTHER = 0x0102
 
 
@@ -22,7 +25,9 @@ def _jogging(plc: OperatorBench, key: str = "JogPlus") -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_an_axis_moves_while_the_key_is_held(engine: str) -> None:
-    """The manual movement speed first, then the jog; SI(06) OFF in the scan of the release.
+    """The manual movement speed is set first, then the jog.
+
+    SI(06) is OFF in the scan of the release.
 
     Source: guide 4.2.14 (16#0038, speed in the third word), 4.2.6 (16#0020, axis bits, bit 7 = -).
     """
@@ -36,7 +41,7 @@ def test_an_axis_moves_while_the_key_is_held(engine: str) -> None:
     assert "SI06" not in plc.inputs
     assert "Moving" not in plc.lamps()
     assert plc["Operator.Busy"]
-    assert plc.message == 0, "a jog that stops is no problem"
+    assert plc.message == 0, "stopping a jog is not an error"
     plc.scan(40)
     assert "SI06" in plc.inputs
     assert (plc["Operator.Busy"], plc["Operator.Error"]) == (False, False)
@@ -80,7 +85,7 @@ def test_stepwise_one_press_is_one_step_however_long_it_is_held(
     plc.press("JogMinus", then=60)
     assert plc.codes[4:] == [_SPEED, _AMOUNT, _STEP, _POSITION], "a short press, too"
     plc.scan(150)
-    assert not plc["Operator.Error"], "nothing is late once the step is done"
+    assert not plc["Operator.Error"], "after the step, no key counts as late"
 
 
 def test_the_selections_count_as_they_stood_at_the_press() -> None:
@@ -111,7 +116,7 @@ def test_the_other_key_stops_the_axis_and_moves_nothing() -> None:
     assert "SI06" not in plc.inputs
     assert plc.message == 0x8073
     plc.key("JogPlus", False, scans=80)
-    assert plc.codes == [_SPEED, 0x0020, _POSITION], "the key that is left was pressed too early"
+    assert plc.codes == [_SPEED, 0x0020, _POSITION], "the other key was pressed too early"
     plc.key("JogPlus", scans=2)
     assert plc.message == 0x8073
     plc.scan(40)
@@ -195,7 +200,9 @@ def test_stop_stops_a_jog() -> None:
     plc.scan(10)
     plc.key("Stop", False, scans=40)
     assert "Moving" not in plc.lamps()
-    assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8007, False), "12.400 is its normal end"
+    assert (plc.message, plc["Panel.Lamp.Fault"]) == (0x8007, False), (
+        "12.400 is the normal end of a jog"
+    )
     plc.press("Reset", then=60)
     assert plc.codes.count(0x0020) == 1, "the key is still held"
 
@@ -234,7 +241,7 @@ def test_a_selection_that_is_not_legal_is_told(selection: dict[str, Any], error:
     plc = OperatorBench(**selection)
     plc.key("JogPlus", scans=20)
     assert (plc.message, plc["Panel.Lamp.Fault"]) == (error, True)
-    assert not {0x0020, 0x0038} & {*plc.codes}, "nothing is set in the controller either"
+    assert not {0x0020, 0x0038} & {*plc.codes}, "no value was set in the controller either"
 
 
 @pytest.mark.parametrize(
@@ -244,7 +251,7 @@ def test_a_selection_that_is_not_legal_is_told(selection: dict[str, Any], error:
 def test_a_step_that_cannot_be_sets_nothing_and_the_next_press_counts(
     selection: dict[str, Any], error: int
 ) -> None:
-    """Without Stepwise the amount has no effect. Source: guide 4.2.8 and 4.2.14."""
+    """Without Stepwise, the amount has no effect. Source: guide 4.2.8 and 4.2.14."""
     plc = OperatorBench(Stepwise=True, **selection)
     plc.key("JogMinus", scans=20)
     assert plc.message == error
@@ -446,7 +453,7 @@ def test_each_press_has_the_direction_of_its_own_key(stepwise: bool) -> None:
 def test_who_else_sets_the_speed_or_the_step_before_it_moves_ends_the_press(
     code: int, harm: bool, stepwise: bool
 ) -> None:
-    """The robot would move at a speed, or by a distance, that nobody selected at this panel.
+    """The robot would move at a speed or by a distance that was not selected at this panel.
 
     Source: guide 4.2.14, manual movement speed; 4.2.15, automatic movement speed; 4.2.8
     """
@@ -469,7 +476,7 @@ def test_who_else_sets_the_speed_or_the_step_before_it_moves_ends_the_press(
 def test_without_the_hmi_a_step_is_stopped_that_a_missed_call_has_left_alone(
     key: str, code: int, missed: bool
 ) -> None:
-    """The command is held to its end, and the robot moves meanwhile.
+    """The command is held to its end. The robot moves in the meantime.
 
     Source: head of FB_Operator, HmiOk.
     """

@@ -1,4 +1,7 @@
-"""FB_Operator: nothing begins long after its key, or by itself; the test plays the robot."""
+"""FB_Operator: nothing starts long after its key, or by itself.
+
+The test plays the robot.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ _CODES = {"StepLine": _LINE, "Teach": _TEACH}
 
 
 def _under_way(plc: OperatorBench, code: int) -> None:
-    """Let another block send a command; it gets no answer until `plc.hold` is 0."""
+    """Let another block send a command, which gets no answer until `plc.hold` is 0."""
     plc.hold = code
     plc["Other.Code"], plc["Other.Execute"] = code, True
     plc.scan_until(lambda: code in plc.codes)
@@ -38,7 +41,7 @@ def _rose(plc: OperatorBench, scans: int) -> set[str]:
 def test_a_line_and_a_point_go_out_within_a_second_or_not_at_all(
     engine: str, key: str, scans: int
 ) -> None:
-    """The channel is taken by a reading for 0.92 s and 1.04 s.
+    """Another block reads and has the channel for 0.92 s or 1.04 s.
 
     Source: FB_RcxPanelCommands; RCX_PANEL_KEYS.Teach: where the robot is becomes the point.
     """
@@ -57,7 +60,7 @@ def test_a_line_and_a_point_go_out_within_a_second_or_not_at_all(
 
 @pytest.mark.parametrize("key", ["StepLine", "Teach"])
 def test_behind_a_movement_of_another_block_no_line_and_no_teaching_is_possible(key: str) -> None:
-    """The robot is not to be where it was at the press when the key's turn comes.
+    """The keys are refused behind a movement, after which the robot would be at another place.
 
     Source: RCX_PANEL_KEYS.Teach; guide 4.2: category 1.
     """
@@ -148,7 +151,7 @@ def test_a_point_is_taught_while_stop_is_pressed() -> None:
 def test_a_line_and_a_step_that_move_are_stopped_by_stop_and_by_the_hmis_loss(
     engine: str, way: str, what: str
 ) -> None:
-    """SI(06) goes OFF in the same scan and stays OFF until Reset. Alarm 12.400 is not a fault.
+    """SI(06) turns OFF in the same scan and stays OFF until Reset. Alarm 12.400 is not a fault.
 
     Source: FB_Operator, HmiOk; manual chapter 5, 2, SI(06).
     """
@@ -211,11 +214,11 @@ def test_servo_on_is_not_possible_in_an_emergency_stop_and_nothing_waits_for_its
     assert _rose(plc, 100) == set()
     plc.outputs(SO03=False)
     assert _rose(plc, 100) == set()
-    assert plc.can("ServoOn") == [True], "now it is"
+    assert plc.can("ServoOn") == [True], "now servo on is possible"
 
 
 def test_a_stop_of_the_plcs_own_is_left_by_servo_on_without_waiting() -> None:
-    """The key is pressed before SI(00) is ON and answered; the panel continues after the answer.
+    """The key is pressed before SI(00) is ON and answered. The panel continues after the answer.
 
     Source: manual chapter 5, 3.1, servo ON from emergency stop.
     """
@@ -284,7 +287,9 @@ def test_without_main_power_servo_on_is_not_possible_and_the_message_says_so(eng
 def test_what_servo_on_waits_for_longer_than_two_seconds_comes_too_late(
     what: str, error: int
 ) -> None:
-    """The alarm is reset elsewhere, main power comes, another sequence ends: servos stay off.
+    """An alarm is reset by another block, main power returns, or another sequence ends too late.
+
+    The servos stay OFF.
 
     Source: FB_RcxPanelSequences.
     """
@@ -312,7 +317,7 @@ def test_what_servo_on_waits_for_longer_than_two_seconds_comes_too_late(
 def test_what_waits_for_its_turn_longer_than_two_seconds_is_withdrawn(
     key: str, signal: str, scans: int
 ) -> None:
-    """Another sequence has the dedicated inputs for 1.9 s and 2.1 s.
+    """Another sequence has the dedicated inputs for 1.9 s and for 2.1 s.
 
     Source: FB_RcxPanelSequences.
     """
@@ -339,7 +344,7 @@ def test_the_answer_of_servo_on_may_take_as_long_as_timeout_says() -> None:
     assert (plc.message, plc["Operator.Busy"]) == (0, False)
 
 
-# ---- Stop and the HMI's loss
+# ---- Stop and the loss of the HMI
 
 
 @pytest.mark.parametrize("way", ["stop", "hmi"])
@@ -398,7 +403,7 @@ def test_the_hmis_loss_withdraws_what_waits_for_its_turn(key: str, signal: str) 
     assert signal not in _rose(plc, 100)
 
 
-# ---- what is possible
+# ---- possible keys
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -425,7 +430,7 @@ def test_while_stop_is_pressed_no_key_promises_what_it_cannot_do(engine: str) ->
 
 
 def test_reset_is_possible_only_where_there_is_something_to_reset() -> None:
-    """There is no alarm reset during an emergency stop, nor during another alarm reset.
+    """An alarm reset is not possible during an emergency stop or during another alarm reset.
 
     Source: manual chapter 5, 3.1; RCX_PANEL.Can.
     """
@@ -436,7 +441,7 @@ def test_reset_is_possible_only_where_there_is_something_to_reset() -> None:
     assert (plc.can("Reset"), plc["Panel.Following"]) == ([False], "PANEL_NEXT_NONE")
     plc.change("EmergencyStopOk", to=True, scans=40)
     plc.press("Reset")
-    assert plc.can("Reset") == [False], "it is at work"
+    assert plc.can("Reset") == [False], "the key is at work"
 
 
 @pytest.mark.parametrize("stop", [False, True])
@@ -470,7 +475,10 @@ def _reset_behind() -> OperatorBench:
 
 
 def test_a_reset_that_waits_is_withdrawn_and_who_has_his_turn_goes_on() -> None:
-    """He waits for the controller as long as Timeout says. Source: errors.md, 16#8076."""
+    """The other block waits for the controller for the time of its Timeout.
+
+    Source: errors.md, 16#8076.
+    """
     plc = _reset_behind()
     plc.scan(250)
     assert plc.message == 0x8076
@@ -479,7 +487,7 @@ def test_a_reset_that_waits_is_withdrawn_and_who_has_his_turn_goes_on() -> None:
 
 
 def test_of_a_key_that_waited_without_the_hmi_nothing_is_told() -> None:
-    """A key withdrawn in the scan before, after too long a wait, is still reported.
+    """A key that was withdrawn in the previous scan, after too long a wait, is still reported.
 
     Source: head of FB_Operator: without the HMI what waits is withdrawn
     """

@@ -1,4 +1,7 @@
-"""FB_Operator: the position that it shows; the test plays the robot."""
+"""FB_Operator shows the position of the robot.
+
+The test plays the robot.
+"""
 
 from __future__ import annotations
 
@@ -94,7 +97,7 @@ def test_it_is_the_position_of_the_robot_that_was_jogged() -> None:
     assert plc.codes == [0x2038, 0x2020, 0x2506]
     plc.outputs(SO13=True, scans=3)
     plc.outputs(SO13=False, scans=20)
-    assert plc.codes[3:] == [0x3506], "of the one that is selected"
+    assert plc.codes[3:] == [0x3506], "the position of the selected robot"
 
 
 def test_what_ends_while_the_position_is_read_is_read_afterwards() -> None:
@@ -123,7 +126,7 @@ def test_a_movement_of_another_block_does_not_renew_it() -> None:
 
 
 def test_what_moves_while_the_position_is_read_makes_it_be_read_again() -> None:
-    """It is read once for all movements of that time, after the last has ended.
+    """The position is read once for all movements of that time, after the last one has ended.
 
     Source: RCX_PANEL.Position
     """
@@ -143,7 +146,7 @@ def test_what_moves_while_the_position_is_read_makes_it_be_read_again() -> None:
 
 @pytest.mark.parametrize("jogs", [False, True])
 def test_servos_that_come_on_while_it_is_read_make_it_be_read_again(jogs: bool) -> None:
-    """It is read again at once or, if an axis is moved first, after that movement.
+    """The position is read again at once or, if an axis is moved first, after that movement.
 
     Source: RCX_PANEL.Position.
     """

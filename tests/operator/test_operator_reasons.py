@@ -1,4 +1,4 @@
-"""FB_RcxPanelReasons alone: the reason for each key, one signal at a time."""
+"""FB_RcxPanelReasons alone gives the reason for each key, one signal at a time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ def _block() -> Alone:
 
 
 def _shown(output: str, **changed: Any) -> int:
-    """Return an output for a robot with servos on, AUTO, at rest; `changed` overrides that."""
+    """Return an output for a robot with servos on, in AUTO mode, not moving.
+
+    `changed` overrides this state.
+    """
     block = _block()
     block.restart()
     fields: dict[str, Any] = {
@@ -80,7 +83,7 @@ def test_a_command_of_category_1_that_has_the_channel_may_move(
 def test_only_an_emergency_stop_that_stays_hinders_the_servos(
     ok: bool, stop: bool, si: bool, settled: bool, reason: int
 ) -> None:
-    """A stop of the PLC's own is over once SI(00) is ON and answered.
+    """An emergency stop of the PLC is over when SI(00) is ON and answered.
 
     Source: manual chapter 5, 3.1
     """

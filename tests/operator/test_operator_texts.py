@@ -1,4 +1,7 @@
-"""FB_Operator: its messages are in an operator's words; the test plays the robot."""
+"""FB_Operator has messages in an operator's words.
+
+The test plays the robot.
+"""
 
 from __future__ import annotations
 
@@ -72,7 +75,7 @@ def test_after_a_stop_of_the_panel_the_message_names_the_key_that_releases_it() 
 def test_where_the_origin_is_incomplete_the_message_says_so_and_no_start_is_hinted_at(
     automatic: bool,
 ) -> None:
-    """This is only a hint: the robot program may do the return-to-origin, so Start is possible.
+    """The message is only a hint: the program may return to the origin, so Start is possible.
 
     Source: manual chapter 5, 2, SO(11).
     """

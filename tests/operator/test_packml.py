@@ -1,4 +1,7 @@
-"""FB_PackMl: every command in every state, its effect, and aborts; the test plays the robot."""
+"""FB_PackMl: the effect of every command in every state, and aborts.
+
+The test plays the robot.
+"""
 
 from __future__ import annotations
 
@@ -8,14 +11,14 @@ from alone import Alone
 from both_engines import ENGINES
 from plc_bench import ROOT, PlcBench
 
-#: PackTags' numbers. Source: Beckhoff E_PMLState; Siemens LPMLV2022 state constants.
+#: The numbers of PackTags. Source: Beckhoff E_PMLState; Siemens LPMLV2022 state constants.
 _STATES = (
     *("CLEARING", "STOPPED", "STARTING", "IDLE", "SUSPENDED", "EXECUTE", "STOPPING", "ABORTING"),
     *("ABORTED", "HOLDING", "HELD", "UNHOLDING", "SUSPENDING", "UNSUSPENDING", "RESETTING"),
     *("COMPLETING", "COMPLETE"),
 )
 _NUMBERS = {state: number for number, state in enumerate(_STATES, start=1)}
-#: State after an acting state is done. Source: ROS-Industrial packml, transition table.
+#: The state that follows an acting state. Source: ROS-Industrial packml, transition table.
 _DONE = {
     "CLEARING": "STOPPED",
     "STARTING": "EXECUTE",
@@ -29,7 +32,8 @@ _DONE = {
     "RESETTING": "IDLE",
     "COMPLETING": "COMPLETE",
 }
-#: Command, from, to; Stop and Abort are below. Source: as `_DONE`; OPC 30050: SuspendedToHolding.
+#: Command, old state, new state. Stop and Abort are below. Source: as `_DONE`; OPC 30050:
+#: SuspendedToHolding.
 _COMMANDS = {
     ("RESET", "STOPPED"): "RESETTING",
     ("RESET", "COMPLETE"): "RESETTING",
@@ -57,14 +61,14 @@ def _expected(command: str, state: str) -> str:
 
 
 class _Bench(PlcBench):
-    """A robot without a fault; the block may be put into any state."""
+    """A robot without a fault, and a block that can be put into any state."""
 
     def __init__(self, engine: str = "auto") -> None:
         super().__init__(program=ROOT / "tests/data/library/PackMl.st", engine=engine)
         self.power_up()
 
     def put(self, state: str) -> None:
-        """Set this state, without any request."""
+        """Set this state without any request."""
         self["PackMl.StateComplete"] = self["PackMl.CmdChangeRequest"] = False
         self["PackMl.UnitModeChangeRequest"] = False
         self["PackMl.State"] = f"PACKML_{state}"
@@ -72,7 +76,7 @@ class _Bench(PlcBench):
         assert self.state == state
 
     def command(self, command: str) -> None:
-        """Ask once, as an HMI does."""
+        """Send a request once, as an HMI does."""
         self["PackMl.CntrlCmd"] = f"PACKML_CMD_{command}"
         self["PackMl.CmdChangeRequest"] = True
         self.scan()
@@ -129,7 +133,7 @@ def test_a_request_counts_at_its_rising_edge_and_clears_the_last_refusal() -> No
     plc.command("START")
     assert plc["PackMl.ErrorID"] == 0x8077
     plc.change("PackMl.CntrlCmd", to="PACKML_CMD_RESET", scans=3)
-    assert (plc.state, plc["PackMl.ErrorID"]) == ("STOPPED", 0x8077), "no edge"
+    assert (plc.state, plc["PackMl.ErrorID"]) == ("STOPPED", 0x8077), "there was no edge"
     plc.change("PackMl.CmdChangeRequest", to=False)
     plc.command("RESET")
     assert (plc.state, plc["PackMl.ErrorID"]) == ("RESETTING", 0)
@@ -165,7 +169,7 @@ def test_what_takes_the_robot_away_aborts_in_every_state(
     for state in _NUMBERS:
         plc.put(state)
         plc.let(trouble)
-        plc.scan(2 if trouble == "EmergencyStopOk=0" else 1)  # FB_WriteArea tells the blocks
+        plc.scan(2 if trouble == "EmergencyStopOk=0" else 1)  # FB_WriteArea passes it to the blocks
         expected = {"CLEARING": "CLEARING", "ABORTED": "ABORTED"}.get(state, "ABORTING")
         assert plc.state == expected, state
         if expected == "ABORTING" and state != "ABORTING":
@@ -188,7 +192,7 @@ def test_clearing_ends_stopped_only_once_the_fault_has_gone() -> None:
     plc.scan(5)
     assert (plc.state, plc["PackMl.AbortID"]) == ("CLEARING", 0x8004)
     plc.change("PackMl.StateComplete", to=True)
-    assert (plc.state, plc["PackMl.AbortID"]) == ("ABORTING", 0x8003), "still there"
+    assert (plc.state, plc["PackMl.AbortID"]) == ("ABORTING", 0x8003), "the fault is still present"
     plc.scan()
     assert plc.state == "ABORTED"
     plc["PackMl.CmdChangeRequest"] = plc["PackMl.StateComplete"] = False
@@ -213,7 +217,7 @@ def test_the_unit_mode_changes_at_rest_only(state: str) -> None:
         before = plc["PackMl.Mode"]
         plc.put(state)
         plc.change("PackMl.UnitMode", to=f"PACKML_MODE_{mode}")
-        assert plc["PackMl.Mode"] == before, "not asked for"
+        assert plc["PackMl.Mode"] == before, "the mode was not requested"
         plc.change("PackMl.UnitModeChangeRequest", to=True)
         if state in ("STOPPED", "IDLE", "ABORTED"):
             assert plc["PackMl.Mode"] == f"PACKML_MODE_{mode}"
@@ -246,7 +250,7 @@ def test_a_mode_that_is_taken_clears_the_refusal_of_a_command() -> None:
     assert plc["PackMl.ErrorID"] == 0x8077
     plc["PackMl.CmdChangeRequest"] = False
     plc.change("PackMl.UnitMode", to="PACKML_MODE_MANUAL")
-    assert plc["PackMl.ErrorID"] == 0x8077, "nothing was asked for"
+    assert plc["PackMl.ErrorID"] == 0x8077, "no command was requested"
     plc.change("PackMl.UnitModeChangeRequest", to=True)
     assert (plc["PackMl.ErrorID"], plc["PackMl.Error"]) == (0, False)
     assert (plc["PackMl.Mode"], plc["PackMl.UnitModeCurrent"]) == ("PACKML_MODE_MANUAL", 3)
@@ -265,11 +269,11 @@ def test_what_has_aborted_stays_told_while_other_faults_come_and_go() -> None:
     plc.put("EXECUTE")
     plc.command("ABORT")
     plc.outputs(SO03=True, scans=1)
-    assert (plc.state, plc["PackMl.AbortID"]) == ("ABORTING", 0), "the command was first"
+    assert (plc.state, plc["PackMl.AbortID"]) == ("ABORTING", 0), "the command came first"
 
 
 def test_before_the_first_call_the_outputs_say_what_the_first_call_says() -> None:
-    """An HMI that reads them earlier sees Aborted, 9, in Production, 1."""
+    """An HMI that reads the outputs earlier sees Aborted (9) in Production (1)."""
     block = Alone("FB_PackMl", {"Robot": "RCX_REF"})
     for _ in range(2):
         shown = [block[f"Block.{pin}"] for pin in ("State", "Mode")]

@@ -1,4 +1,4 @@
-"""docs/how-to/operator/PackMlCell.st: a robot program behind PackML, on the virtual controller."""
+"""docs/how-to/operator/PackMlCell.st runs a robot program with PackML on the virtual controller."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ _ROBOT = ROOT / "docs/how-to/operator/robot.toml"
 
 
 class _Line:
-    """The line that gives the commands."""
+    """A production line that gives the commands."""
 
     def __init__(self, cell: Cell) -> None:
         self.cell = cell
         self.seen = ["ABORTED"]
 
     def command(self, command: str) -> None:
-        """Give a command, then take the request away."""
+        """Give a command, then withdraw the request."""
         self.cell["Main.CntrlCmd"] = f"PACKML_CMD_{command}"
         self.cell["Main.Change"] = True
         self.scan()
         self.cell["Main.Change"] = False
 
     def scan(self, count: int = 1) -> None:
-        """Run scans; new states are noted."""
+        """Run scans, and record new states."""
         for _ in range(count):
             self.cell.scan()
             state = str(self.cell["Main.PackMl.State"]).removeprefix("PACKML_")
@@ -44,7 +44,7 @@ class _Line:
             self.until(state)
 
     def until(self, state: str) -> None:
-        """Scan until it is in this state."""
+        """Scan until this state."""
         for _ in range(500):
             if self.seen[-1] == state:
                 return
@@ -89,7 +89,9 @@ def test_a_robot_program_runs_to_complete_with_a_hold_and_a_suspension_in_betwee
         line.until(end)
         line.scan(10)
     line.until("COMPLETE")
-    assert line.cell.robot.machine.ports.read(port("SO3()")) == 4, "to its last line"
+    assert line.cell.robot.machine.ports.read(port("SO3()")) == 4, (
+        "the program ran to its last line"
+    )
     line.go(("RESET", "IDLE"))
     assert line.seen == [
         *("ABORTED", "CLEARING", "STOPPED", "RESETTING", "IDLE", "STARTING", "EXECUTE"),

@@ -1,4 +1,4 @@
-"""File names that are not valid text in any encoding: they are written and printed escaped."""
+"""File names that are not valid text in any encoding are used, and printed escaped."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ END_PROGRAM
 def test_a_run_in_a_folder_whose_name_is_no_text_writes_all_its_files(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Example: a backup of a machine that used Shift_JIS, seen from a machine that uses UTF-8.
+    """Example: a backup of a machine that used Shift_JIS, on a machine that uses UTF-8.
 
     Source: docs/reference/limits.md, files.
     """
     folder = Path(os.fsdecode(os.fsencode(tmp_path) + b"/\x83e\x83X"))
     folder.mkdir()
     monkeypatch.chdir(folder)
-    spare_no_character()  # as the command does where it starts
+    spare_no_character()  # as the command does at its start
     program = Path(os.fsdecode(b"\x83v.st"))
     program.write_text(_PROGRAM, encoding="utf-8")
     words = ["run", os.fspath(program), "--for", "30ms", "--coverage", "--engine", "builtin"]

@@ -1,4 +1,4 @@
-"""Programs of other vendors: how their end is reported, and that they end with their parent."""
+"""External programs end with their parent, and their end is reported."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from structured_text.output.programs import Program, run
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="the programs are shell scripts")
 
 _LONGEST = 60
-#: Prints its process number and runs for ever, with its output open.
+#: Prints its process number and runs for ever with its output open.
 _ENDLESS = "echo $$; exec sleep 1000"
 
 
@@ -68,7 +68,7 @@ while not select.select([sys.stdin], [], [], 0.1)[0]:
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
 def test_a_program_ends_with_the_process_that_started_it(number: signal.Signals) -> None:
-    """The pipe that both write to ends when both have.
+    """Both write to a pipe, which closes when both have ended.
 
     Source: a defect report: a child never outlives its parent, whatever ends it.
     """
@@ -81,12 +81,12 @@ def test_a_program_ends_with_the_process_that_started_it(number: signal.Signals)
 
 
 def _assert_closed(stream: IO[bytes]) -> None:
-    """Check that no process has the other end open; a zombie does not count."""
-    assert select.select([stream], [], [], _LONGEST)[0], "somebody still has it"
+    """Check that no process has the other end of the pipe open. A zombie does not count."""
+    assert select.select([stream], [], [], _LONGEST)[0], "another process still has the pipe open"
     assert stream.read() == b""
 
 
-#: Modules that start processes of this package; these end with their standard input.
+#: Modules that start processes of this package. Such a process ends with its standard input.
 _OWN = {
     "rcx_harness.enip.child",
     "rcx_harness.serve.host",

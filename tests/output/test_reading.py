@@ -1,4 +1,4 @@
-"""Files that a user names: a special or too large file is never read and gives one message."""
+"""A special or too large file that a user names is never read and gives one message."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def _pipe(folder: Path) -> Path:
 def test_a_pipe_a_device_a_socket_and_a_folder_are_refused_before_they_are_opened(
     tmp_path: Path,
 ) -> None:
-    """Opening a pipe waits until somebody writes; a device may have no end.
+    """Opening a pipe waits for a writer, and a device may have no end.
 
     Source: docs/reference/limits.md, files.
     """
@@ -71,7 +71,10 @@ def test_every_command_refuses_a_pipe_where_it_takes_a_file(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    """A test that reads the pipe would never end. Source: docs/reference/limits.md, files."""
+    """If a command read the pipe, this test would never end.
+
+    Source: docs/reference/limits.md, files.
+    """
     monkeypatch.chdir(tmp_path)
     areas = "VAR InputArea, OutputArea : ARRAY [0..511] OF BYTE; END_VAR"
     Path("own.st").write_text(f"PROGRAM Own\n{areas}\nEND_PROGRAM\n", encoding="utf-8")
@@ -87,7 +90,7 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:
     """
     file = tmp_path / "large.st"
     with file.open("wb") as stream:
-        stream.truncate(1 << 20)  # without taking room on the disk
+        stream.truncate(1 << 20)  # without using space on the disk
     assert len(file_bytes(file, _SMALL)) == 1 << 20
     with file.open("ab") as stream:
         stream.write(b"x" * 100_000)

@@ -1,4 +1,4 @@
-"""A log that runs for days: what a noisy master leaves in it."""
+"""A log that runs for days stays small, even with a noisy master."""
 
 from __future__ import annotations
 
@@ -46,11 +46,11 @@ def test_after_a_quiet_time_lines_pass_again() -> None:
 
 @pytest.mark.exhaustive
 def test_a_noisy_master_leaves_little_in_the_log() -> None:
-    """Ten minutes of a connection that comes and goes, of commands and of broken rules."""
+    """For ten minutes, a connection comes and goes, with commands and broken rules."""
     served = ServedHost()
     lines = Lines([served])
     written = lines.new()
-    for turn in range(2400):  # a look every 250 ms
+    for turn in range(2400):  # a check every 250 ms
         served.network.become(OwnerState.IDLE if turn % 2 else OwnerState.RUN)
         served.network.send(bytes([0, 0]) + bytes(30) + bytes([0x41 ^ turn % 4, 0]) + bytes(14))
         served.run(5)

@@ -1,4 +1,4 @@
-"""FB_PointBackup: its requests, how it stores the answers, where it stops and continues."""
+"""FB_PointBackup sends requests, stores the answers, and can be interrupted and continued."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from points_bench import PointsBench, points_bench
 POINT_50 = [1, 0, 0x2710, 0, 0xB1E0, 0xFFFF, 0x1388, 0, 0xB9B0, 0xFFFF, 0, 0, 0, 0]
 ROW_50 = (True, 1, [10_000, -20_000, 5_000, -18_000, 0, 0])
 EMPTY = (False, 0, [0] * 6)
-#: "WAIT ORG" and sixteen characters' worth of words behind it.
+#: "WAIT ORG", and the words of sixteen characters after it.
 WAIT_ORG = [0, 0, 0x4157, 0x5449, 0x4F20, 0x4752]
 _SPACES = 0x20202020
 
@@ -73,12 +73,12 @@ def test_each_kind_of_data_has_its_command_and_its_values(
 @pytest.mark.parametrize(
     ("words", "values"),
     [
-        ([0x0041, 0x4242], [0x20202041, _SPACES]),  # ends in the lower byte
-        ([0x4241, 0x4400], [0x20204241, _SPACES]),  # ends before a lower byte
+        ([0x0041, 0x4242], [0x20202041, _SPACES]),  # the comment ends in a lower byte
+        ([0x4241, 0x4400], [0x20204241, _SPACES]),  # the comment ends before a lower byte
         ([0x2020, 0x4241], [0x42412020, _SPACES]),
         ([0x0000, 0x4241], [_SPACES, _SPACES]),
         ([0x4100, 0x4242], [_SPACES, _SPACES]),
-        ([0x4241, 0x0043, 0x4444], [0x20434241, _SPACES]),  # ends in a later word
+        ([0x4241, 0x0043, 0x4444], [0x20434241, _SPACES]),  # the comment ends in a later word
         ([0x00B1, 0x4242], [0x202020B1, _SPACES]),  # a character above 16#7F
     ],
 )
@@ -105,7 +105,7 @@ def test_words_behind_the_data_are_no_values(plc: PointsBench, kind: str, code: 
 def test_an_alarm_that_means_missing_points_means_nothing_for_shifts_after_them(
     plc: PointsBench,
 ) -> None:
-    """6.204, "Point doesn't exist"."""
+    """The alarm is 6.204, "Point doesn't exist"."""
     assert plc.run("Backup", First=5, Count=1) == 0
     assert plc.row(1) == EMPTY
     plc.refuses[5] = (6, 204)
@@ -138,7 +138,7 @@ def test_a_pallet_whose_first_point_is_0_is_defined(plc: PointsBench) -> None:
 
 @pytest.mark.parametrize(("kind", "number"), [("COMMENTS", 12), ("PALLETS", 12)])
 def test_what_is_not_there_is_an_empty_row(plc: PointsBench, kind: str, number: int) -> None:
-    """The alarms 6.204 and 6.236; assumed, the manual names none.
+    """The alarms 6.204 and 6.236 are assumed, because the manual names none.
 
     Source: docs/explanation/fidelity.md, other-alarms and undefined-pallet
     """
@@ -166,7 +166,7 @@ def test_any_other_alarm_ends_it_at_its_number(
         for code in (0x100, 0x108, 0x10C, 0x110):
             plc.stored[code, number] = _wide([0, 1, 1, 1])
     error = plc.run("Backup", Kind=f"DATA_{kind}", First=5, Count=3)
-    assert (error == 0) is (alarm == (6, 0))  # no alarm has the category 0
+    assert (error == 0) is (alarm == (6, 0))  # An alarm never has the category 0.
     if error:
         assert error == 0x8020
         assert plc["Backup.Number"] == 6
@@ -236,7 +236,7 @@ def test_all_shifts_and_all_hands_fit_into_a_record(plc: PointsBench) -> None:
 
 
 def test_resume_goes_on_behind_the_rows_that_were_taken(plc: PointsBench) -> None:
-    """The record equals that of an undisturbed run."""
+    """The record is equal to that of an undisturbed run."""
     for number in range(10, 16):
         plc.stored[0x100, number] = _wide([0, 0, number])
     assert plc.run("Backup", First=10, Count=6) == 0
@@ -247,7 +247,7 @@ def test_resume_goes_on_behind_the_rows_that_were_taken(plc: PointsBench) -> Non
     assert (plc["Backup.Number"], plc["Head"]["Count"]) == (13, 3)
     plc.refuses.clear()
     plc.sent.clear()
-    # what the pins say now is of no account
+    # the pins are no longer read
     assert plc.run("Backup", Resume=True, First=77, Count=2, Kind="DATA_SHIFTS", RobotNumber=9) == 0
     assert [words[:3] for words in plc.sent] == [[0x101, 0, n] for n in (13, 14, 15)]
     assert (plc["Head"], [plc.row(k) for k in range(1, 7)]) == whole
@@ -256,7 +256,9 @@ def test_resume_goes_on_behind_the_rows_that_were_taken(plc: PointsBench) -> Non
 def test_a_complete_record_is_not_resumed_and_so_never_looks_as_if_it_was_read_again(
     plc: PointsBench,
 ) -> None:
-    """The rows are those of the reading before; Number is the next First, as it was at its end.
+    """The rows are those of the earlier reading.
+
+    Number is the next First, as at the end of that reading.
 
     Source: docs/reference/errors.md, 16#8069; comment of Resume
     """
@@ -294,7 +296,7 @@ def test_the_inputs_are_sampled_at_the_rising_edge(plc: PointsBench) -> None:
     plc["Backup.First"], plc["Backup.Count"], plc["Backup.RobotNumber"] = 0, 9, 3
     plc["Backup.Kind"], plc["Backup.Resume"] = "DATA_PALLETS", True
     plc.change("Backup.Execute", to=False)
-    plc["Backup.Execute"] = True  # an edge while it is Busy
+    plc["Backup.Execute"] = True  # an edge while the block is Busy
     plc.scan_until(lambda: not plc["Backup.Busy"])
     assert plc["Backup.Done"] is True
     assert [words[:3] for words in plc.sent] == [[0x101, 0, 20], [0x101, 0, 21]]
@@ -303,7 +305,7 @@ def test_the_inputs_are_sampled_at_the_rising_edge(plc: PointsBench) -> None:
 def test_a_pulse_of_execute_is_enough_and_the_first_command_goes_out_at_once(
     plc: PointsBench,
 ) -> None:
-    """Its data go out in the scan of the edge, its code in the next scan.
+    """The data are sent in the scan of the edge, the code in the next scan.
 
     Source: PLCopen, edge-triggered blocks; guide chapter 2
     """
@@ -367,7 +369,7 @@ def test_a_controller_that_is_gone_or_not_ready_ends_it_in_the_same_scan(
 
 
 def test_a_link_that_is_lost_for_one_scan_between_two_rows_ends_it(plc: PointsBench) -> None:
-    """The next row is not asked for, though the link is there again."""
+    """The next row is not requested, although the link is there again."""
     plc.scan_until(lambda: bool(plc["Backup.Taken"]), execute="Backup")
     plc.change("Connected", to=False)
     plc.change("Connected", to=True, scans=20)
@@ -382,7 +384,7 @@ def test_a_range_that_does_not_exist_is_told_without_a_link_too(plc: PointsBench
 
 
 def test_while_it_waits_for_its_turn_it_is_busy_but_not_active(plc: PointsBench) -> None:
-    """The restore's command is out: it holds the command words. Source: PLCopen, Active."""
+    """The restore's command is on the wire and uses the command words. Source: PLCopen, Active."""
     plc.stored[0x100, 10] = POINT_50
     assert plc.run("Backup", First=10, Count=1) == 0
     plc.silent = True

@@ -1,4 +1,4 @@
-"""FB_PointBackup and FB_PointRestore: edges of Execute, time-outs, errors; the same rules."""
+"""FB_PointBackup and FB_PointRestore have the same rules for Execute, time-outs and errors."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def test_after_a_pulse_and_an_error_the_next_edge_may_come_at_once(
 def test_a_scan_without_a_call_or_with_two_ends_it(
     plc: PointsBench, block: str, pin: str, value: int, call: str, to: bool, error: int
 ) -> None:
-    """While it checks, while a command is out, and between two of them.
+    """The block ends while it checks, while a command runs, and between two commands.
 
     Source: docs/explanation/scan-model.md, one scan
     """

@@ -1,4 +1,4 @@
-"""A record: its checksum beside that of zlib, and its way through the virtual controller."""
+"""A record has the checksum of zlib, and survives the virtual controller."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from collections.abc import Mapping
 import pytest
 
 from both_engines import ENGINES
-from plc_bench import LIBRARY, ROOT
+from plc_bench import ROOT, compiled
 from points_bench import PointsBench, points_bench
 from rcx_harness import Cell
 from rcx_harness.cell.clock import Timing
@@ -18,8 +18,6 @@ from rcx_harness.cell.link import DirectLink
 from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.robot.controller_memory import Memory
 from rcx_harness.robot.stored import Hand, Pallet, Point
-from structured_text.engines import build
-from structured_text.projects.needed import needed
 
 _PROGRAM = ROOT / "tests/data/library/Points.st"
 _CODES = {
@@ -51,7 +49,7 @@ def plc(request: pytest.FixtureRequest) -> PointsBench:
 def test_the_checksum_is_the_crc_32_of_head_and_rows(
     plc: PointsBench, kind: str, robot: int
 ) -> None:
-    """Little endian: code and robot of the definition, First, then each row.
+    """The bytes are little endian: code and robot of the definition, First, then each row.
 
     Source: IEEE 802.3, as zlib has it; all bits inverted
     """
@@ -75,7 +73,7 @@ def test_the_checksum_is_the_crc_32_of_head_and_rows(
 
 
 def _cell(config: RobotConfig) -> Cell:
-    program = build([_PROGRAM, *needed([_PROGRAM], LIBRARY)]).program
+    program = compiled(_PROGRAM)
     timing = Timing.make(scan="10ms", rpi="10ms")
     return Cell(program, Controller(config), DirectLink(48), timing)
 
@@ -94,7 +92,10 @@ def _run(cell: Cell, block: str, **inputs: object) -> object:
 
 @pytest.mark.parametrize("kind", list(_CODES))
 def test_what_one_controller_has_another_one_gets_without_a_loss(kind: str) -> None:
-    """The largest numbers and all flags: nothing is rounded. Source: guide 4.3.1 to 4.3.5."""
+    """The record has the largest numbers and all flags. Nothing is rounded.
+
+    Source: guide 4.3.1 to 4.3.5.
+    """
     old, new = _cell(_STORED), _cell(RobotConfig(points={}))
     assert _run(old, "Backup", Kind=kind, First=0, Count=8) == 0
     for name in ("Rows", "Head"):
@@ -112,7 +113,7 @@ def test_what_one_controller_has_another_one_gets_without_a_loss(kind: str) -> N
 
 
 def _shown(memory: Memory, kind: str, number: int) -> object:
-    """Return what the controller has stored under this number."""
+    """Return the data that the controller has stored under this number."""
     if kind == "DATA_POINTS":
         return memory.points.get(number)
     if kind == "DATA_COMMENTS":

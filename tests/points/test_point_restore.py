@@ -1,4 +1,4 @@
-"""FB_PointRestore: what it writes, which differences it reports, where it stops and continues."""
+"""FB_PointRestore writes rows, reports differences, and can be interrupted and continued."""
 
 from __future__ import annotations
 
@@ -52,7 +52,9 @@ def test_a_row_that_is_not_defined_is_not_written(plc: PointsBench) -> None:
     tickets = plc["Robot.Inner.Command.NextTicket"]
     assert plc.run("Restore") == 0
     assert [words[:3] for words in plc.sent] == [[0x100, 1, n] for n in (10, 11, 13)]
-    assert plc["Robot.Inner.Command.NextTicket"] - tickets == 3, "nor does it wait for a turn"
+    assert plc["Robot.Inner.Command.NextTicket"] - tickets == 3, (
+        "the block does not wait for a turn either"
+    )
 
 
 def test_a_record_of_a_hundred_rows_is_carried_whole(plc: PointsBench) -> None:
@@ -119,7 +121,7 @@ def test_the_robot_of_hands_belongs_to_therecord(plc: PointsBench) -> None:
 def test_a_head_or_a_first_row_that_does_not_exist_is_refused(
     plc: PointsBench, change: dict[str, Any], error: int, row: int
 ) -> None:
-    """Row stays a row of the array: the program takes it as an index."""
+    """Row is always a row of the array, because the program uses it as an index."""
     record(plc)
     for place, value in change.items():
         plc[place] = value
@@ -151,7 +153,9 @@ def test_a_controller_that_is_not_ready_any_more_ends_it_while_it_checks(
 
 
 def test_an_array_that_was_never_filled_is_refused(plc: PointsBench) -> None:
-    assert (plc["Restore.Row"], plc["Backup.Row"]) == (1, 1), "a row of the array from the start"
+    assert (plc["Restore.Row"], plc["Backup.Row"]) == (1, 1), (
+        "Row is a row of the array from the start"
+    )
     assert plc.run("Restore", most=1) == 0x8044
     assert plc["Restore.LastDifferent"] == -1
 
@@ -174,7 +178,7 @@ def test_each_field_counts_in_a_comparison(plc: PointsBench, field: str, value: 
 
 @pytest.mark.parametrize("place", [0, 3, 5, 7, 9, 11, 13])
 def test_what_is_less_in_the_controller_differs_too(plc: PointsBench, place: int) -> None:
-    """Flag 0 differs from 1, and a negative value from a positive one in the higher word.
+    """Flag 0 differs from 1, and a negative value differs from a positive one in the higher word.
 
     Source: guide 4.3.1: flag, and the data of six axes as double words with a sign.
     """
@@ -187,7 +191,7 @@ def test_what_is_less_in_the_controller_differs_too(plc: PointsBench, place: int
 
 @pytest.mark.parametrize("kept", [False, True])
 def test_a_row_of_zeros_is_not_the_same_as_none(plc: PointsBench, kept: bool) -> None:
-    """Either the record or the controller has the point, and the other has not.
+    """Either the record has the point and the controller has not, or the other way round.
 
     Source: docs/how-to/points.md: a number that is not defined is a row with Defined FALSE.
     """
@@ -219,7 +223,9 @@ def test_number_is_that_of_the_point_in_row_in_every_scan(plc: PointsBench) -> N
 def test_at_the_end_the_cursor_is_at_row_1_again_in_the_scan_of_done(
     plc: PointsBench, compares: bool, first: int
 ) -> None:
-    """FirstRow := Row after it starts again: a Done without work would look like a restore.
+    """FirstRow := Row starts again afterwards.
+
+    A Done without work would look like a restore.
 
     Source: comments of Row and FirstRow
     """
@@ -252,14 +258,14 @@ def test_a_comparison_names_every_row_that_differs(plc: PointsBench) -> None:
     assert named == [(11, 1), (12, 2), (13, 3)]
     assert plc["Restore.Done"] is True
     plc.change("Restore.Execute", to=False, scans=3)
-    # and a comparison of what is equal again begins from nothing
+    # then a comparison without differences begins again
     assert plc.run("Restore", CompareOnly=False) == 0
     assert (plc["Restore.Differences"], plc["Restore.LastDifferent"]) == (0, -1)
     assert plc["Restore.Different"] is False
 
 
 def test_pallets_and_comments_are_compared_as_they_are_stored(plc: PointsBench) -> None:
-    """Zeros or spaces behind a comment are the same comment. Source: guide 4.3.2."""
+    """Zeros and spaces after a comment mean the same comment. Source: guide 4.3.2."""
     plc.stored[0x104, 3] = [0, 0, 0x4157, *[0x2020] * 7, 0, 0, 0, 0]
     assert plc.run("Backup", Kind="DATA_COMMENTS", First=3, Count=1) == 0
     plc.stored[0x104, 3] = [0, 0, 0x4157, *[0] * 11]
@@ -268,7 +274,10 @@ def test_pallets_and_comments_are_compared_as_they_are_stored(plc: PointsBench) 
 
 
 def test_it_stops_on_the_point_that_is_refused_and_goes_on_there(plc: PointsBench) -> None:
-    """A pendant that has the authority: 12.76. Source: guide chapter 1, 1.2, code 0x4000."""
+    """The programming box (pendant) has the authority: alarm 12.76.
+
+    Source: guide chapter 1, 1.2, code 0x4000.
+    """
     record(plc)
     plc.refuses[12] = (12, 76)
     assert plc.run("Restore") == 0x8020
@@ -304,7 +313,7 @@ def test_a_lost_link_ends_it_and_nothing_begins_again_by_itself(plc: PointsBench
 
 
 def test_a_link_that_is_lost_for_one_scan_between_two_rows_ends_it(plc: PointsBench) -> None:
-    """The next row is not written, though the link is there again. Source: as above."""
+    """The next row is not written, although the link is there again. Source: as above."""
     record(plc)
     plc.scan_until(lambda: len(plc.sent) == 1, execute="Restore")
     plc.scan_until(lambda: plc["Restore.Row"] == 2)
@@ -339,14 +348,14 @@ def test_a_pulse_of_execute_is_enough(plc: PointsBench) -> None:
 
 
 def test_a_comparison_that_a_pulse_has_started_is_shown_as_it_goes(plc: PointsBench) -> None:
-    """The controller has none of the four points any more. Source: PLCopen, edge-triggered."""
+    """The controller no longer has any of the four points. Source: PLCopen, edge-triggered."""
     record(plc)
     plc["Restore.CompareOnly"], plc["Restore.Execute"] = True, True
     plc.scan()
     plc["Restore.Execute"] = False
     seen = []
     while plc["Restore.Busy"]:
-        assert plc["Restore.Active"] or not plc.words[0], "a code is out"
+        assert plc["Restore.Active"] or not plc.words[0], "a code is on the wire"
         plc.scan()
         if plc["Restore.Different"]:
             seen.append(plc["Restore.LastDifferent"])
@@ -361,7 +370,7 @@ def test_a_row_that_changes_under_a_command_does_not_change_the_command(plc: Poi
     plc["Rows[1].Values[1]"] = 7
     plc.silent = True
     plc.scan(5)
-    assert plc["Restore.Row"] == 1, "the command is still out"
+    assert plc["Restore.Row"] == 1, "the command is still on the wire"
     plc.silent = False
     plc.scan_until(lambda: plc["Restore.Row"] == 2)
     assert plc.stored[0x100, 10] == [1, 0, 10, 0, *[0] * 10]
@@ -370,7 +379,7 @@ def test_a_row_that_changes_under_a_command_does_not_change_the_command(plc: Poi
 def test_a_row_that_changes_while_it_waits_for_its_turn_is_written_as_it_was(
     plc: PointsBench,
 ) -> None:
-    """The backup's command is out meanwhile: it holds the command words."""
+    """The backup's command is on the wire meanwhile and uses the command words."""
     record(plc)
     plc.silent = True
     plc.refuses[500] = (12, 76)

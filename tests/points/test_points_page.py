@@ -1,4 +1,4 @@
-"""docs/how-to/points.md: its program keeps points, finds what differs, and writes them back."""
+"""The program of docs/how-to/points.md saves points, finds differences, and writes points back."""
 
 from __future__ import annotations
 
@@ -54,7 +54,10 @@ class _Panel(PointsBench):
             self.stored[0x100, number] = [1, 0, x or number, *[0] * 11]
 
     def press(self, button: str, block: str) -> object:
-        """Press until it has ended; its ErrorID. What the controller gets is in `sent` alone."""
+        """Press a button until its block has ended, and return the ErrorID.
+
+        `sent` has only the telegrams of this press.
+        """
         self.sent.clear()
         self[button] = True
         self.scan(2)
@@ -75,7 +78,7 @@ def panel(request: pytest.FixtureRequest) -> _Panel:
 
 
 def test_a_switch_that_is_left_at_go_on_never_makes_a_done_without_the_work(panel: _Panel) -> None:
-    """All rows are saved and compared. The restore writes all; a backup reports 16#8069.
+    """All rows are saved and compared. A restore then writes all rows; a backup reports 16#8069.
 
     Source: docs/how-to/points.md, In the PLC; docs/reference/errors.md, 16#8069
     """

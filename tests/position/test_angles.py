@@ -1,4 +1,4 @@
-"""FC_RcxAngle and FC_RcxHalfTurn: by hand, on both engines."""
+"""FC_RcxAngle and FC_RcxHalfTurn give values by hand on both engines."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ END_PROGRAM
 
 @ON_BOTH
 def test_the_angle_of_a_vector_in_all_quarters_and_on_the_axes(engine: str) -> None:
-    """The tangent of 30 degrees is 0.57735; a vector without a length has the angle 0.
+    """The tangent of 30 degrees is 0.57735. A vector without a length has the angle 0.
 
     Source: head of FC_RcxAngle
     """
@@ -61,7 +61,7 @@ END_PROGRAM
 
 @ON_BOTH
 def test_an_angle_without_its_whole_turns_is_exact(engine: str) -> None:
-    """Half a turn stays half a turn; with additional whole turns it becomes 180.
+    """Half a turn stays half a turn. With additional whole turns it becomes 180.
 
     Source: head of FC_RcxHalfTurn
     """

@@ -1,4 +1,4 @@
-"""docs/how-to/position.md: a movement that ends where a sensor comes, or where a key is let go."""
+"""docs/how-to/position.md: a movement ends when a sensor responds or a key is released."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def _calls() -> str:
 
 @pytest.fixture(params=ENGINES)
 def cell(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Cell]:
-    """Return a cell with the servos on; the tool is at X 0."""
+    """Return a cell with the servos on and the tool at X 0."""
     file, robot = tmp_path / "Searches.st", tmp_path / "robot.toml"
     file.write_text(_PROGRAM.replace("{calls}", _calls()), encoding="utf-8")
     robot.write_text(_ROBOT, encoding="utf-8")
@@ -87,7 +87,7 @@ def test_it_ends_where_the_sensor_comes_and_says_where_that_is(cell: Cell) -> No
     cell["Main.Touched"] = False
     cell["Main.Search"] = True
     cell.run_until(lambda: cell["Main.Way.Done"], within="60s")
-    assert not cell["Main.Place.Busy"], "nothing was touched"
+    assert not cell["Main.Place.Busy"], "the tool touched nothing"
 
 
 def test_it_moves_only_as_long_as_the_key_is_held(cell: Cell) -> None:
@@ -105,7 +105,12 @@ def test_it_moves_only_as_long_as_the_key_is_held(cell: Cell) -> None:
 
 @pytest.mark.parametrize("why", ["Touched", "key"])
 def test_what_is_over_before_it_begins_ends_as_it_begins(cell: Cell, why: str) -> None:
-    """A command that was requested goes out. Source: guide chapter 2."""
+    """The end condition is TRUE before the movement begins.
+
+    A command that was requested is sent.
+
+    Source: guide chapter 2.
+    """
     before = list(cell.robot.positions)
     cell["Main.Touched"] = why == "Touched"
     cell["Main.Search"] = True

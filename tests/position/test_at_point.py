@@ -1,4 +1,4 @@
-"""FB_AtPoint: at a taught position within tolerances in mm and degrees."""
+"""FB_AtPoint reports whether the tool is at a taught position, within tolerances."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def _block(engine: str) -> Alone:
 
 
 class _Point:
-    """A target, and a tool whose position is valid and new."""
+    """A target, and a tool with a valid and recent position."""
 
     def __init__(self, engine: str = "auto", **inputs: Any) -> None:
         self._block = _block(engine)
@@ -51,7 +51,7 @@ class _Point:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_distance_is_straight_and_turn_is_without_sign(engine: str) -> None:
-    """2, 3 and 6 mm are 7 mm."""
+    """Distances of 2, 3 and 6 mm along X, Y and Z are 7 mm in total."""
     point = _Point(engine)
     point.off(2, -3, 6, -4)
     assert (point["Distance"], point["Turn"]) == (pytest.approx(7), pytest.approx(4))
@@ -73,13 +73,13 @@ def test_distance_is_straight_and_turn_is_without_sign(engine: str) -> None:
     ],
 )
 def test_tolerances_are_a_millimetre_and_a_degree(way: tuple[float, ...], there: bool) -> None:
-    """0.7 mm three times are 1.21 mm; R a whole turn away is another R."""
+    """Three distances of 0.7 mm are 1.21 mm in total. R a whole turn away is another R."""
     assert _Point().off(*way) is there
 
 
 @pytest.mark.parametrize("k", [0, 1, 2, 3])
 def test_it_goes_beyond_the_dead_band_only(k: int) -> None:
-    """Comes within 2, goes beyond 2.5."""
+    """There turns TRUE within 2 mm, and FALSE beyond 2.5 mm."""
     point = _Point(Tolerance=2.0, ToleranceDeg=2.0)
     ways = [[0.0] * k + [way] for way in (2.01, 2.0, 2.5, 2.51, 2.01, 1.99)]
     assert [point.off(*way) for way in ways] == [False, True, True, False, False, True]
@@ -106,7 +106,7 @@ def test_without_valid_or_with_old_data_it_is_not_there() -> None:
         assert not point.off(1.4), "within tolerance and dead band"
         assert (point["Valid"], point["Error"]) == (False, False)
         point[pin] = right
-        assert not point.off(1.4), "it has to come anew"
+        assert not point.off(1.4), "There must turn TRUE again"
         assert point["Valid"]
         assert point.off(0)
     point["Age"], point["MaxAge"] = "T#2s", "T#2s"
@@ -136,7 +136,7 @@ def test_tolerances_are_not_below_0(pin: str, value: float, wrong: bool) -> None
     [(_EDGE, False), (-_EDGE, False), (8192.5, True), (-8192.5, True), (math.nan, True)],
 )
 def test_coordinates_that_are_none_are_refused(pin: str, k: int, value: float, wrong: bool) -> None:
-    """X, Y, Z and R; the others do not count."""
+    """Only X, Y, Z and R are checked."""
     point = _Point()
     assert point.off(0)
     coordinates = [*_TARGET, 0.0]
@@ -151,7 +151,7 @@ def test_coordinates_that_are_none_are_refused(pin: str, k: int, value: float, w
 
 
 def test_an_error_shows_nothing_of_the_scan_before_it_and_goes_with_its_cause() -> None:
-    """0.6 and 0.8 mm are 1 mm."""
+    """Distances of 0.6 and 0.8 mm are 1 mm in total."""
     point = _Point(Tolerance=2.0)
     for pin, wrong, right, error in (
         ("DeadBand", -1.0, 0.5, 0x8045),

@@ -1,4 +1,4 @@
-"""FB_AxisArea: inside or outside of limits of the axes, by positions of a certain age."""
+"""FB_AxisArea reports whether axes are inside or outside of limits, by positions of some age."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_the_nearest_limit_of_any_axis_counts(
 ) -> None:
     """The limits are 1000 to 3000, -5000 to -1000, 0 to 8000, -900 to 900.
 
-    Axes 5, 6 do not count.
+    Axes 5 and 6 are not used.
     """
     area = _area(engine)
     assert area.at(*pulses, 77, -77) == ("inside" if depth > 0 else "outside")
@@ -55,7 +55,10 @@ def test_the_nearest_limit_of_any_axis_counts(
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("axis", range(6))
 def test_only_the_axes_that_are_chosen_count(engine: str, axis: int) -> None:
-    """Bit 0 is axis 1; what is wrong with the others does not matter. Source: comment of Axes."""
+    """Bit 0 is axis 1. Errors of axes that are not chosen have no effect.
+
+    Source: comment of Axes.
+    """
     low, high, pulses = [5] * 6, [-5] * 6, [2 * _MOST] * 6
     low[axis], high[axis], pulses[axis] = -1000, 1000, 700
     area = _area(engine, Axes=1 << axis, Low=low, High=high)
@@ -136,4 +139,4 @@ def test_limits_are_in_their_order_and_range(
         assert (told, area["ErrorID"], area["Valid"], area["Depth"]) == ("-", 0x8045, False, 0)
     else:
         assert (area["ErrorID"], area["Depth"]) == (0, depth)
-        assert told == ("inside" if depth >= 0 else "outside"), "it was inside before"
+        assert told == ("inside" if depth >= 0 else "outside"), "the axis was inside before"

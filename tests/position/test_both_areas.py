@@ -1,4 +1,4 @@
-"""FB_AxisArea and FB_WorkArea: validity, age, dead band and errors, by the same rules."""
+"""FB_AxisArea and FB_WorkArea have the same rules for validity, age, dead band and errors."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from area_blocks import AxisArea, WorkArea
 
 
 class _Kind(NamedTuple):
-    """An area that begins at `border` in its first coordinate, and what 1 is in its unit."""
+    """An area that begins at `border` in its first coordinate, and the value of 1 in its unit."""
 
     make: Callable[..., Any]
     border: float
@@ -44,7 +44,7 @@ def _with_dead_band(kind: _Kind) -> Any:
 
 @_both
 def test_a_bit_falls_at_the_border_and_rises_beyond_the_dead_band(kind: _Kind) -> None:
-    """Five units: inside from 5 on until below 0, outside from -5 on until 0."""
+    """The dead band is five units: inside from 5 on until below 0, outside from -5 on until 0."""
     area = _with_dead_band(kind)
     least = 0.01 if kind is _AXIS else 0.5
     places = (5 - least, 5, 0, -least, least - 5, -5, -least, 0, 5 - least)

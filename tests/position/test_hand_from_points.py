@@ -1,4 +1,4 @@
-"""FB_HandFromPoints: X and Y of a hand on the R axis, from touching a place twice."""
+"""FB_HandFromPoints calculates X and Y of a hand on the R axis from two touches of a place."""
 
 from __future__ import annotations
 
@@ -69,10 +69,11 @@ def test_two_touches_of_the_place_at_100_and_200(
     data: tuple[float, float],
     growth: float,
 ) -> None:
-    """At R 0 X of the hand lies along X, at 90 along Y: 30 and 40 are there 30 up and 40 back.
+    """With R at 0, X of the hand lies along X, and with R at 90 along Y.
 
-    At 30 degrees 20 mm are 17.3205 and 10 mm, at -60 they are 10 and -17.3205. Growth is
-    1 / (2 sin) of half the turn: of 90, 45, 15 and 30 degrees.
+    30 and 40 mm then point 30 mm up and 40 mm back. At 30 degrees 20 mm are 17.3205 and 10 mm, at
+    -60 degrees they are 10 and -17.3205 mm. Growth is 1 / (2 sin) of half the turn: of 90, 45, 15
+    and 30 degrees.
 
     Source: remote command guide 4.3.5
     """
@@ -83,7 +84,7 @@ def test_two_touches_of_the_place_at_100_and_200(
 
 
 def _touch(model: str, hand: Sequence[int], place: Sequence[int], left: bool) -> list[float]:
-    """Return the position read with a hand of zeros while the tip is at a place [0.001 mm]."""
+    """Return the position with a hand of zeros while the tip is at a place [0.001 mm]."""
     pose = Pose(model, (hand[0], hand[1], hand[2]), True, (0, 0, 0, 0), ())
     pulses = pose.frame(left=left).to_pulses(place)
     bare = dataclasses.replace(pose, hand=(0, 0, 0), shift=(40_000, -70_000, 9_000, 33_000))
@@ -91,9 +92,10 @@ def _touch(model: str, hand: Sequence[int], place: Sequence[int], left: bool) ->
 
 
 def test_it_gives_back_the_hand_with_which_the_model_of_the_controller_touches_a_place() -> None:
-    """200 hands of a YK400XE, to 0.05 mm: whole pulses of three turning axes, Growth up to 2.
+    """200 hands of a YK400XE agree to 0.05 mm.
 
-    The positions are read with a shift that is not zeros.
+    The tolerance is for whole pulses of three turning axes, with Growth up to 2. The positions are
+    read with a shift that is not zero.
 
     Source: harness/rcx_harness/robot/kinematics.py
     """
@@ -121,7 +123,7 @@ def test_it_gives_back_the_hand_with_which_the_model_of_the_controller_touches_a
     [(28, 29.5), (-28, -29.5), (331.5, 330), (-332, -330.5), (388, 389.5), (28.9, 29.0)],
 )
 def test_a_turn_that_is_too_small_is_refused(turn: float, wider: float) -> None:
-    """Growth of 28 degrees is 2.067, of 29.5 it is 1.964; a whole turn does not count.
+    """Growth of 28 degrees is 2.067, of 29.5 degrees 1.964. A whole turn has no effect.
 
     sin 14.4775 degrees is 0.25, so that 28.955 degrees are the limit.
 
@@ -135,7 +137,10 @@ def test_a_turn_that_is_too_small_is_refused(turn: float, wider: float) -> None:
 
 @pytest.mark.parametrize(("turn", "growth"), [(2, 28.65), (0.6, 95.49), (359.4, 95.49)])
 def test_a_small_turn_is_taken_where_its_growth_may_be(turn: float, growth: float) -> None:
-    """The growth is 1 / (2 sin) of 1 and 0.3 degrees, whose sines are 0.017452 and 0.005236."""
+    """The growth is 1 / (2 sin) of 1 and 0.3 degrees.
+
+    The sines are 0.017452 and 0.005236.
+    """
     first, second = [100, 200, 0, 0], [100, 200, 0, turn]
     data1, data2, grown, error = _hand(first, second, MaxGrowth=100.0)
     assert error == 0
@@ -176,7 +181,7 @@ def test_growth_is_half_at_best_and_100_at_worst(value: float, wrong: bool) -> N
     [(8191.9985, False), (-8191.9985, False), (8192.5, True), (-8192.5, True), (math.nan, True)],
 )
 def test_coordinates_that_are_none_are_refused(pin: int, k: int, value: float, wrong: bool) -> None:
-    """X, Y and R; the others do not count."""
+    """Only X, Y and R are checked."""
     points = [_six([0.0, 0.0, 0.0, 0.0]), _six([0.0, 0.0, 0.0, 120.0])]
     points[pin][k] = value
     data1, data2, growth, error = _hand(points[0], points[1], MaxGrowth=100.0)
@@ -192,7 +197,7 @@ def test_coordinates_that_are_none_are_refused(pin: int, k: int, value: float, w
 def test_a_hand_that_no_telegram_carries_is_refused(
     axis: int, sign: int, way: float, error: int
 ) -> None:
-    """With R at -30 and 30 degrees the hand is as long as the way, across to it.
+    """With R at -30 and 30 degrees the hand is as long as the distance, and points across it.
 
     Along X it goes from half its length below to half its length above the line; along Y from the
     right to the left.

@@ -1,4 +1,4 @@
-"""docs/how-to/position.md: its two calls bring the tool back to where a movement was stopped."""
+"""The two calls in docs/how-to/position.md move the tool back to the place of a stop."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def _run(cell: Cell, block: str) -> object:
 def test_the_two_calls_of_the_page_move_back_to_where_the_stop_was(
     engine: str, tmp_path: Path
 ) -> None:
-    """Stopped on the way to X 500 mm and Y -300 mm, moved away by hand, and back to there.
+    """The movement to X 500 mm and Y -300 mm is stopped, the robot is moved by hand, and returns.
 
     Source: docs/how-to/position.md; remote command guide 4.2.1 and 4.7.4
     """

@@ -1,4 +1,4 @@
-"""position.md: its calls take the position from the real time output, and drop it in time."""
+"""The calls in position.md use the position from the real time output, and drop it in time."""
 
 from __future__ import annotations
 
@@ -90,5 +90,5 @@ def test_after_a_loss_the_words_count_for_nothing_until_the_output_is_enabled_ag
     plc.change("Enable", to=False)
     plc.change("Enable", to=True, scans=2)
     assert (plc["Position.Valid"], plc["Position.Busy"]) == (False, True)
-    plc.scan_until(lambda: plc.words[0] == 0x0506, most=40)  # it asks instead
+    plc.scan_until(lambda: plc.words[0] == 0x0506, most=40)  # the block sends a command instead
     assert plc["Position.Valid"] is False

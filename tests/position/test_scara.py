@@ -1,6 +1,7 @@
-"""FB_ScaraForward and FB_ScaraInverse: poses by hand, both arms, hands, shifts; and the model.
+"""FB_ScaraForward and FB_ScaraInverse agree with poses by hand and with the model.
 
-The arms have 225 and 175 mm where nothing else is said.
+The poses have both arms, hands and shifts. The arms have 225 and 175 mm unless a test says
+otherwise.
 """
 
 from __future__ import annotations
@@ -32,10 +33,10 @@ from scara_poses import LIMITS, Pose, compare, poses
 def test_where_the_tool_is(
     engine: str, joints: tuple[float, ...], place: tuple[float, ...], hand: str
 ) -> None:
-    """At 0 degrees the arms lie along Y; positive angles turn to -X; R is the sum and 90.
+    """At 0 degrees the arms lie along Y. Positive angles turn to -X. R is the sum and 90.
 
-    With -60 and 120 degrees arm 1 points 30 degrees above X: 194.856, 112.5 mm; arm 2 at 150
-    degrees: -151.554, 87.5 mm. At 179 degrees: -175 sin 179 and 225 + 175 cos 179.
+    With -60 and 120 degrees, arm 1 points 30 degrees above X (194.856, 112.5 mm) and arm 2 points
+    at 150 degrees (-151.554, 87.5 mm). At 179 degrees: -175 sin 179 and 225 + 175 cos 179.
 
     Rule: robot-coordinates, robot-arm.
     Source: public driver of the YK400XE, joints.xacro and README
@@ -51,8 +52,8 @@ def test_where_the_tool_is(
 def test_both_arms_reach_the_same_place(engine: str, hand: str, sign: int) -> None:
     """At x = 0 and the diagonal of a right angle, 285.044 mm, axis 2 is +-90 degrees.
 
-    Axis 1 is -+atan(175 / 225) = 37.875 degrees: the elbow of the right arm is at the right.
-    R: 90 = 90 - 37.875 + 90 - 52.125, and for the other arm 90 + 37.875 - 90 + 52.125.
+    Axis 1 is -+atan(175 / 225) = 37.875 degrees. The elbow of the right arm is at the right. R is
+    90 = 90 - 37.875 + 90 - 52.125, and for the other arm 90 + 37.875 - 90 + 52.125.
 
     Rule: robot-arm.
     """
@@ -80,9 +81,10 @@ def test_both_arms_reach_the_same_place(engine: str, hand: str, sign: int) -> No
 def test_the_joints_of_a_place_right_handed(
     engine: str, place: tuple[float, ...], joints: tuple[float, ...]
 ) -> None:
-    """Stretched, folded, at right angles; behind the base axis 1 is at -180 degrees.
+    """The arms are stretched, folded or at right angles.
 
-    What is 0.01 mm beyond the reach is what rounding made of it.
+    Behind the base axis 1 is at -180 degrees. A place that is 0.01 mm beyond the reach is accepted
+    as a result of rounding.
 
     Rule: robot-arm.
     """
@@ -96,7 +98,7 @@ def test_the_joints_of_a_place_right_handed(
 )
 @pytest.mark.parametrize("hand", ["HAND_RIGHT", "HAND_LEFT"])
 def test_what_the_arms_do_not_reach_is_refused(place: tuple[float, float], hand: str) -> None:
-    """The arms reach from 225 - 175 to 225 + 175 mm; 283 and 283 mm are 400.2 mm away.
+    """The arms reach from 225 - 175 to 225 + 175 mm. The point 283, 283 mm is 400.2 mm away.
 
     Rule: robot-limits.
     """
@@ -108,9 +110,9 @@ def test_what_the_arms_do_not_reach_is_refused(place: tuple[float, float], hand:
 def test_a_thousandth_from_stretched_or_folded_is_a_bend(
     engine: str, far: float, bend: float
 ) -> None:
-    """The law of cosines: cos = (far^2 - 225^2 - 175^2) / (2 * 225 * 175).
+    """The law of cosines gives cos = (far^2 - 225^2 - 175^2) / (2 * 225 * 175).
 
-    For 399.999 mm that is 1 - 1.0159E-5, for 50.005 mm 6.349E-6 - 1.
+    For 399.999 mm that is 1 - 1.0159E-5, and for 50.005 mm 6.349E-6 - 1.
 
     Rule: robot-arm.
     """
@@ -123,7 +125,7 @@ def test_a_thousandth_from_stretched_or_folded_is_a_bend(
 def test_equal_arms_reach_to_a_hundredth_of_a_millimetre_from_the_base(
     far: float, error: int
 ) -> None:
-    """Axis 2 is then at 180 degrees, less 0.015 at most.
+    """Axis 2 is then at 180 degrees, less at most 0.015.
 
     Rule: robot-limits.
     """
@@ -136,7 +138,7 @@ def test_equal_arms_reach_to_a_hundredth_of_a_millimetre_from_the_base(
 def test_arms_of_other_lengths(arms: tuple[float, float]) -> None:
     """The angle is a right angle: the elbow is at arm 1 along Y, the hand arm 2 to the left.
 
-    Arms of equal length would reach the base itself, where every direction is equally good; that is
+    Arms of equal length would reach the base itself, where every direction is equally good. This is
     refused. If arm 2 is longer, it extends beyond the base when it is folded.
     """
     own: dict[str, Any] = {"Arm1": arms[0], "Arm2": arms[1]}
@@ -158,7 +160,9 @@ def test_arms_of_other_lengths(arms: tuple[float, float]) -> None:
 def test_a_hand_on_the_r_axis_turns_with_it(
     engine: str, data: tuple[float, ...], place: tuple[float, ...]
 ) -> None:
-    """With all axes at 0, R is 90 degrees: X of the hand lies along Y, Y of the hand along -X.
+    """With all axes at 0, R is 90 degrees.
+
+    X of the hand lies along Y, and Y of the hand along -X.
 
     Rule: robot-hand.
     Source: remote command guide 4.3.5
@@ -173,9 +177,11 @@ def test_a_hand_on_the_r_axis_turns_with_it(
 
 @ON_BOTH
 def test_a_hand_beside_the_r_axis_is_another_arm_2(engine: str) -> None:
-    """10 degrees and 25 mm more: with all axes at 0 it is at -200 sin 10, 225 + 200 cos 10.
+    """The hand adds 10 degrees and 25 mm.
 
-    It is right-handed: the elbow is at the right of the line to the hand.
+    With all axes at 0 it is at -200 sin 10, 225 + 200 cos 10.
+
+    The pose is right-handed: the elbow is at the right of the line to the hand.
 
     Rule: robot-hand.
     Source: remote command guide 4.3.5: data 1 is an integer, data 2 and 3 are in 0.001 mm
@@ -196,10 +202,10 @@ def test_a_hand_beside_the_r_axis_is_another_arm_2(engine: str) -> None:
 def test_axis_2_comes_within_half_a_turn_however_far_the_hand_is_turned(
     engine: str, turn: int, axis2: int
 ) -> None:
-    """Arm 1 along Y, the line to the hand at `axis2` and `turn` from it; R is `axis2` and 90.
+    """Arm 1 lies along Y. The hand is at `axis2` and `turn` from it, and R is `axis2` and 90.
 
-    With a hand turned by 80 degrees and axis 2 at 110 the line is at 190 degrees, which is a bend
-    of -170: axis 2 is at 110 degrees then, not at -250, and axis 4 does no turn for it.
+    With a hand turned by 80 degrees and axis 2 at 110, the line is at 190 degrees, which is a bend
+    of -170. Axis 2 is at 110 degrees then, not at -250, and axis 4 makes no turn for it.
 
     Rule: robot-hand.
     Source: remote command guide 4.3.5: data 1 is an integer; head of FB_ScaraInverse
@@ -214,7 +220,9 @@ def test_axis_2_comes_within_half_a_turn_however_far_the_hand_is_turned(
 
 @ON_BOTH
 def test_a_shift_moves_and_turns_the_coordinates(engine: str) -> None:
-    """The flange is at (0, 400, 0, 90); seen from (10, 20, 5) turned by 90 degrees: (380, 10).
+    """The flange is at (0, 400, 0, 90).
+
+    Seen from (10, 20, 5), turned by 90 degrees, it is (380, 10).
 
     Rule: shift-and-hand.
     Source: remote command guide 4.3.4
@@ -251,13 +259,15 @@ def test_the_base_puts_the_robot_into_your_coordinates(engine: str) -> None:
 def test_axis_1_comes_within_half_a_turn(
     base: float, place: tuple[float, float], axis1: float
 ) -> None:
-    """The directions are 180, 0, 0, -30, 30, -10.5 and 10.5 degrees from Y, less the base's.
+    """The directions are 180, 0, 0, -30, 30, -10.5 and 10.5 degrees from Y, less the base's angle.
 
     A direction beyond half a turn then gets a whole turn more or less.
     """
     joints, error = inverse([*place, 0, 0], "HAND_RIGHT", Base=[0.0, 0.0, 0.0, base])
     assert error == 0
-    assert joints[:2] == pytest.approx([axis1, 0], abs=0.5), "near to stretched: in degrees only"
+    assert joints[:2] == pytest.approx([axis1, 0], abs=0.5), (
+        "nearly stretched: compared in degrees only"
+    )
 
 
 def test_the_zeros_are_what_the_axes_count_from() -> None:
@@ -272,7 +282,7 @@ def test_the_zeros_are_what_the_axes_count_from() -> None:
 @ON_BOTH
 @pytest.mark.parametrize("zero", [20_000_001, -200_000_003, 999_000_007])
 def test_zeros_far_away_cost_nothing_of_the_accuracy(engine: str, zero: int) -> None:
-    """A REAL holds whole numbers up to 16,777,216; -60 and 120 degrees as above.
+    """A REAL holds whole numbers up to 16,777,216. The angles are -60 and 120 degrees as above.
 
     Source: heads of FB_ScaraForward and FB_ScaraInverse; comment of Zero
     """
@@ -289,9 +299,9 @@ def test_zeros_far_away_cost_nothing_of_the_accuracy(engine: str, zero: int) -> 
 @ON_BOTH
 @pytest.mark.parametrize("turns", [-22, -10, 1, 22])
 def test_whole_turns_of_the_shift_change_nothing_but_r(engine: str, turns: int) -> None:
-    """The shift of above, (10, 20, 5) and 30 degrees, and 22 turns: seen from it R is less by them.
+    """The shift is (10, 20, 5), 30 degrees and 22 turns, so that R is less by these turns.
 
-    The flange at (0, 1200) is (-10, 1180) from its origin, which is turned by -30 degrees.
+    The flange at (0, 1200) is (-10, 1180) from the shift's origin, turned by -30 degrees.
 
     Source: head of FB_ScaraForward; remote command guide 4.3.4
     """
@@ -314,7 +324,7 @@ def test_whole_turns_of_the_shift_change_nothing_but_r(engine: str, turns: int) 
 @ON_BOTH
 @pytest.mark.parametrize("turns", [-10, -1, 2, 10])
 def test_whole_turns_of_the_r_axis_change_nothing_but_r(engine: str, turns: int) -> None:
-    """A hand of 300 mm along X of R is along Y if R is 90 degrees plus whole turns.
+    """A hand of 300 mm along X of R lies along Y if R is 90 degrees plus whole turns.
 
     Source: head of FB_ScaraForward
     """
@@ -371,7 +381,7 @@ def test_the_arm_is_right_handed_unless_it_is_said() -> None:
 
 
 def test_axes_5_and_6_do_not_count() -> None:
-    """This applies to the position and to the arm.
+    """Axes 5 and 6 of the position and of the arm have no effect.
 
     Source: comments of RCX_SCARA and of PositionMm.
     """
@@ -418,14 +428,14 @@ def test_an_error_shows_nothing_of_the_position_before_it_and_goes_with_its_caus
 
 def test_a_place_without_a_hand_system_has_two_answers_and_so_none() -> None:
     assert inverse([0, 300, 0, 0], "HAND_NONE") == ([0] * 6, 0x8045)
-    assert inverse([0, 300, 0, 8193], "HAND_NONE")[1] == 0x8047, "the first that is wrong"
+    assert inverse([0, 300, 0, 8193], "HAND_NONE")[1] == 0x8047, "no pose may be wrong"
     assert inverse([0, 300, 0, 0], "HAND_NONE", Arm1=0.0)[1] == 0x8061
     assert inverse([0, 300, 0, 8193], "HAND_RIGHT", Arm1=0.0)[1] == 0x8061
 
 
 @ON_BOTH
 def test_both_agree_with_the_model_of_the_controller(engine: str) -> None:
-    """Check the bounds that the heads state.
+    """The differences are within the bounds that the heads of the blocks state.
 
     Source: heads of FB_ScaraForward and FB_ScaraInverse; harness/rcx_harness/robot/kinematics.py
     """

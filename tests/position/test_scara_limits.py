@@ -1,4 +1,4 @@
-"""FB_ScaraForward and FB_ScaraInverse: what they refuse, and just not."""
+"""FB_ScaraForward and FB_ScaraInverse refuse values beyond limits, and accept the limits."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _NAN = math.nan
 def test_pulses_beyond_a_thousand_million_are_none(k: int, sign: int) -> None:
     """The error is 8047 for axes and 8061 for zeros.
 
-    The difference of two legal numbers is always a double word.
+    The difference of two legal numbers always fits into a double word.
 
     Source: comments of Pulses and Zero; docs/reference/errors.md, 16#8047 and 16#8061
     """
@@ -117,7 +117,7 @@ def test_an_arm_that_cannot_be_is_refused(name: str, arm: dict[str, Any], wrong:
 @pytest.mark.parametrize("k", range(4))
 @pytest.mark.parametrize("sign", [-1, 1])
 def test_pulses_beyond_8192_degrees_or_millimetres_are_too_many(k: int, sign: int) -> None:
-    """With a shift of 90 degrees R is what the axes turn together."""
+    """With a shift of 90 degrees, R is the sum of the axes' turns."""
     own: dict[str, Any] = {"Shift": [0.0, 0.0, 0.0, 90.0]}
     for size, error in ((8191.0, 0), (8192.5, 0x8047)):
         found = forward([0.0] * k + [sign * size] + [0.0] * (3 - k), **own)
@@ -135,7 +135,7 @@ def test_a_position_that_is_none_is_refused(k: int, value: float) -> None:
 
 @pytest.mark.parametrize("k", [0, 1, 2, 3])
 def test_pulses_beyond_a_thousand_million_are_no_answer(k: int) -> None:
-    """With 1,000,000 pulses per unit they are beyond 1,000,000,000 together with the zero."""
+    """With 1,000,000 pulses per unit, pulses and zero together are beyond 1,000,000,000."""
     per = [1000.0] * 6
     per[k] = 1e6
     zero = [0] * 6
@@ -149,7 +149,9 @@ def test_pulses_beyond_a_thousand_million_are_no_answer(k: int) -> None:
 def test_an_axis_that_would_turn_beyond_a_thousand_million_pulses_is_refused(
     sign: int, turned: int, error: int
 ) -> None:
-    """With 1,000,000 pulses per degree, up to 8,000,000,000 pulses do not fit into a double word.
+    """With 1,000,000 pulses per degree there are up to 8,000,000,000 pulses.
+
+    They do not fit into a double word.
 
     Source: docs/reference/errors.md, 16#8047
     """

@@ -1,4 +1,4 @@
-"""FB_ShiftFromPoints: a shift from a point at its origin and one along its X."""
+"""FB_ShiftFromPoints calculates a shift from a point at its origin and a point along its X."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def _scan(block: Alone) -> tuple[list[float], int, float]:
 def test_the_first_point_is_the_origin_and_the_second_the_direction_of_x(
     engine: str, way: tuple[float, float], turn: float, far: float
 ) -> None:
-    """The angle with the tangent 4 / 3 is 53.1301 degrees; R goes from X to Y.
+    """The angle with the tangent 4 / 3 is 53.1301 degrees. R goes from X to Y.
 
     Source: remote command guide 4.3.4: axes 1 to 4 are X, Y, Z and R
     """
@@ -73,7 +73,7 @@ def test_the_first_point_is_the_origin_and_the_second_the_direction_of_x(
 
 
 def test_in_the_shift_the_points_are_zero_and_on_x() -> None:
-    """The controller's model gives 200 pairs of points anywhere.
+    """The controller's model gives 200 random pairs of points.
 
     Source: harness/rcx_harness/robot/geometry.py
     """
@@ -85,12 +85,12 @@ def test_in_the_shift_the_points_are_zero_and_on_x() -> None:
         frame = Frame((1000.0,) * 4, shift=tuple(round(1000 * one) for one in shift))
         seen = [frame.to_mm([round(1000 * one) for one in place]) for place in (origin, there)]
         assert seen[0][:3] == pytest.approx([0, 0, 0], abs=2)
-        assert seen[1][:2] == pytest.approx([1000 * far, 0], abs=30), "0.03 mm on 2800"
+        assert seen[1][:2] == pytest.approx([1000 * far, 0], abs=30), "0.03 mm on 2800 mm"
 
 
 @pytest.mark.parametrize("way", [(10, 0), (0, -10), (6, 8)])
 def test_points_nearer_than_the_least_distance_are_refused(way: tuple[float, float]) -> None:
-    """10 mm, in X and Y alone.
+    """The least distance is 10 mm, in X and Y alone.
 
     Source: comment of LeastDistance; docs/reference/errors.md, 16#8062
     """
@@ -138,7 +138,7 @@ def test_what_is_wrong_with_an_input_is_said_before_what_is_wrong_with_the_point
     [(8191.9985, False), (-8191.9985, False), (8192.5, True), (-8192.5, True), (math.nan, True)],
 )
 def test_coordinates_that_are_none_are_refused(pin: str, k: int, value: float, wrong: bool) -> None:
-    """X, Y and Z; the others do not count."""
+    """Only X, Y and Z are checked."""
     place = _six(_ORIGIN)
     place[k] = value
     given = {"origin": _ORIGIN, "along_x": [150.0, 200.0]}

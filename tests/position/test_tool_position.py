@@ -1,4 +1,4 @@
-"""FB_ToolPosition: read between commands, or given directly; how old the position is."""
+"""FB_ToolPosition reads the position between commands, or gets it directly, and shows its age."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def _read(plc: PlcBench, place: list[int] | None = None) -> None:
 
 
 def _watching(engine: str = "auto", **pins: Any) -> PlcBench:
-    """Return a bench that has just read its first position; the channel is free."""
+    """Return a bench that has just read its first position. The channel is free."""
     plc = _plc(engine, Enable=True, **pins)
     _read(plc)
     assert plc["Position.Valid"]
@@ -63,7 +63,7 @@ def test_the_first_position_is_read_at_once(engine: str, before: int) -> None:
     assert plc["Position.PositionMm"] == pytest.approx(_SHOWN)
     assert plc["Position.HandSystem"] == "HAND_RIGHT"
     plc.answer(0, scans=20)
-    assert plc["Position.Valid"], "in every scan"
+    assert plc["Position.Valid"], "a direct position in every scan"
     assert plc["Position.PositionMm"] == pytest.approx(_SHOWN)
 
 
@@ -75,7 +75,9 @@ def test_the_first_position_is_read_at_once(engine: str, before: int) -> None:
     ],
 )
 def test_a_robot_without_a_hand_system_has_none(word: int, hand: str) -> None:
-    """Bits 2 and 1 of m+6: 01 is right-handed, 10 left-handed. The last value is not kept.
+    """In bits 2 and 1 of m+6, 01 is right-handed and 10 left-handed.
+
+    The last value does not stay.
 
     The bits above are arm rotations.
 
@@ -90,7 +92,7 @@ def test_a_robot_without_a_hand_system_has_none(word: int, hand: str) -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_age_counts_from_before_the_command_goes_out(engine: str) -> None:
-    """The data go out in the first scan, the code in the second; the answer comes 50 ms later."""
+    """The data are sent in the first scan, the code in the second. The answer comes 50 ms later."""
     plc = _plc(engine, Enable=True)
     plc.scan(2)
     assert plc.words[0] == 0x0506
@@ -104,7 +106,7 @@ def test_the_age_counts_from_before_the_command_goes_out(engine: str) -> None:
 def test_a_turn_that_comes_late_makes_no_age() -> None:
     """The time in which another command had the channel is before the reading.
 
-    The age counts from the scan of that command's end: reset, data, code, answer.
+    The age counts from the scan in which that command ends: reset, data, code, answer.
     """
     plc = _plc()
     plc["First.Code"], plc["First.Execute"] = 0x0501, True
@@ -117,12 +119,14 @@ def test_a_turn_that_comes_late_makes_no_age() -> None:
 
 @pytest.mark.parametrize("period", [None, 100, 200])
 def test_it_is_read_again_after_the_period(period: int | None) -> None:
-    """The period from command to command is half a second by default."""
+    """The default period from command to command is half a second."""
     plc = _watching(**({} if period is None else {"Period": f"T#{period}ms"}))
     assert _ms(plc) == pytest.approx(20)
     scans = plc.scan_until(lambda: plc.words[0] == 0x0506)
     assert scans == (period or 500) // 10 - 1, "data in the scan of the period, then the code"
-    assert _ms(plc) == pytest.approx((period or 500) + 10), "the last position until the answer"
+    assert _ms(plc) == pytest.approx((period or 500) + 10), (
+        "the last position stays until the answer"
+    )
     plc.answer(0x0200, [0, 0, 4, 5], scans=1)
     assert _ms(plc) == pytest.approx(20)
     assert plc["Position.PositionMm"][0] == pytest.approx(0.005)
@@ -137,7 +141,7 @@ def test_while_a_command_is_out_it_waits_and_the_age_grows() -> None:
     assert plc["Position.Valid"]
     assert _ms(plc) == pytest.approx(1020)
     assert plc["Robot.Inner.Command.NextTicket"] - plc["Robot.Inner.Command.Serving"] == 1, (
-        "it takes no ticket behind a command that is out"
+        "the block takes no ticket while a command is on the wire"
     )
     plc.complete()
     _read(plc)
@@ -145,7 +149,7 @@ def test_while_a_command_is_out_it_waits_and_the_age_grows() -> None:
 
 
 def test_a_chain_of_commands_without_a_gap_is_never_delayed() -> None:
-    """The next command takes its ticket in the scan in which the one before it ends."""
+    """The next command takes its ticket in the scan in which the previous command ends."""
     plc = _watching(Period="T#0ms")
     _read(plc)
     plc["First.Code"], plc["Last.Code"] = 0x0501, 0x0502
@@ -197,7 +201,7 @@ def test_when_nothing_is_given_directly_any_more_it_reads_after_the_period() -> 
 
 
 def test_of_a_reading_and_a_direct_position_the_younger_one_counts() -> None:
-    """The reading was requested before the direct position came, or after it."""
+    """The reading was requested before or after the direct position came."""
     plc = _plc(Enable=True, DirectMm=[1.0] * 6, Period="T#0ms")
     plc.scan(2)
     plc.change("Position.Direct", to=True)
@@ -211,11 +215,13 @@ def test_of_a_reading_and_a_direct_position_the_younger_one_counts() -> None:
     plc["Position.Direct"] = False
     plc.scan_until(lambda: plc.words[0] == 0x0506)
     plc.answer(0x0200, [0, 0, 2, 7], scans=1)
-    assert plc["Position.PositionMm"][0] == pytest.approx(0.007), "asked for in the same scan"
+    assert plc["Position.PositionMm"][0] == pytest.approx(0.007), (
+        "both were requested in the same scan"
+    )
 
 
 def test_a_reading_whose_turn_begins_in_the_scan_of_a_direct_position_is_not_older() -> None:
-    """The reading waited for another command; the direct position was given until that scan."""
+    """The reading waited for another command. The direct position was given until that scan."""
     plc = _plc(DirectMm=[1.0] * 6, Period="T#10s")
     plc["First.Code"], plc["First.Execute"] = 0x0501, True
     plc.scan(2)
@@ -240,7 +246,7 @@ def test_an_abnormal_end_is_shown_with_its_alarm_until_enable_falls() -> None:
         assert (plc["Position.AlarmGroup"], plc["Position.AlarmCategory"]) == (4, 2)
         assert not plc["Position.Valid"]
         plc.scan()
-        assert not any(plc.words), "it does not start again by itself"
+        assert not any(plc.words), "reading does not start again by itself"
     plc.change("Position.Enable", to=False)
     shown = [plc[f"Position.{pin}"] for pin in ("Error", "ErrorID", "AlarmGroup", "AlarmCategory")]
     assert shown == [False, 0, 0, 0]
@@ -286,7 +292,9 @@ def test_the_robot_is_in_the_code(number: int) -> None:
 def test_a_direct_position_that_no_controller_answers_is_an_error(
     engine: str, k: int, value: float
 ) -> None:
-    """Beyond a double word of 0.001 mm, or no number; the error stays until Enable falls.
+    """The value is not a number, or does not fit into a double word of 0.001 mm.
+
+    The error stays until Enable falls.
 
     Source: docs/reference/errors.md, 16#8047; remote command guide 4.7.4: 32 bits, integers (x1000)
     """
@@ -424,7 +432,7 @@ def test_number_period_and_timeout_are_sampled_at_the_start() -> None:
 
 
 def test_a_reading_of_an_earlier_enable_counts_for_nothing() -> None:
-    """The reading belonged to another robot; the next reading starts as soon as it has ended."""
+    """The reading belonged to another robot. The next reading starts as soon as it has ended."""
     plc = _plc(Enable=True, RobotNumber=2)
     plc.scan(2)
     plc.change("Position.Enable", to=False)
@@ -442,7 +450,7 @@ def test_a_reading_of_an_earlier_enable_counts_for_nothing() -> None:
 
 
 def test_an_enable_that_falls_before_the_code_is_out_sends_nothing() -> None:
-    """The reading is not needed any more: the next command goes out as if there were none."""
+    """The reading is not needed any more, so the next command is sent without delay."""
     plc = _plc(Enable=True)
     plc.scan()
     plc.change("Position.Enable", to=False)
@@ -478,7 +486,9 @@ def test_the_position_of_before_is_not_valid_in_the_next_enable() -> None:
 
 
 def test_the_age_counts_also_while_it_is_not_called() -> None:
-    """10 s; skipped during a reading it is lost, as any command.
+    """The age is 10 s.
+
+    If the calls are missing during a reading, the reading is lost like any command.
 
     Source: docs/explanation/scan-model.md, a block that is skipped.
     """
@@ -519,7 +529,7 @@ def test_an_age_of_a_day_to_the_millisecond_stays() -> None:
 
 
 def test_a_reading_that_takes_days_makes_an_age_of_a_day() -> None:
-    """Without a time limit the answer may come after 60 hours; Age is limited to one day."""
+    """Without a time limit, the answer may come after 60 hours. Age is limited to one day."""
     plc = _plc(Enable=True, Timeout="T#0s")
     plc.scan()
     plc.now_us += 3_600_000_000 - plc.scan_us
@@ -533,7 +543,10 @@ def test_a_reading_that_takes_days_makes_an_age_of_a_day() -> None:
 
 
 def test_a_first_reading_counts_however_long_it_took() -> None:
-    """A day before it, and 28 hours in steps of 7: there is nothing younger."""
+    """Scans pass for more than a day before it, and for 28 hours in steps of 7 hours during it.
+
+    There is no more recent position.
+    """
     plc = _plc(Timeout="T#0s")
     plc.scan_us = 3_600_000_000
     plc.scan(30)

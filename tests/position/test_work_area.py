@@ -1,4 +1,7 @@
-"""FB_WorkArea: inside or outside of a box or a cylinder, by positions of a certain age."""
+"""FB_WorkArea reports whether a position is inside or outside of a box or a cylinder.
+
+The position has a certain age.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +45,7 @@ _TUBE: dict[str, Any] = {
 def test_a_box_lies_between_two_corners_in_any_order(
     engine: str, place: Sequence[float], depth: float, swapped: bool
 ) -> None:
-    """The box is from (100, 200, 300) to (200, 400, 600); the nearest side counts."""
+    """The box is from (100, 200, 300) to (200, 400, 600). The nearest side counts."""
     corners = {"Corner1": _BOX["Corner2"], "Corner2": _BOX["Corner1"]} if swapped else _BOX
     area = WorkArea(engine, **corners)
     assert area.at(*place) == ("inside" if depth > 0 else "outside")
@@ -67,9 +70,10 @@ def test_a_box_lies_between_two_corners_in_any_order(
 def test_a_cylinder_stands_on_the_middle_of_its_end(
     engine: str, place: Sequence[float], depth: float
 ) -> None:
-    """Radius 50 about (100, 200), Z from 50 to 150; X and Y of the second corner do not count.
+    """The cylinder has a radius of 50 about (100, 200) and Z from 50 to 150.
 
-    30 and 40 mm off are 50 mm, 24 and 32 mm 40 mm, 60 and 80 mm 100 mm.
+    X and Y of the second corner are not used. Offsets of 30 and 40 mm are 50 mm in total, 24 and 32
+    mm are 40 mm, 60 and 80 mm are 100 mm.
     """
     area = WorkArea(engine, **_TUBE)
     area.at(*place)
@@ -106,7 +110,7 @@ def test_sizes_are_not_below_0(pin: str, value: float, wrong: bool) -> None:
     [(_EDGE, False), (-_EDGE, False), (8192.5, True), (-8192.5, True), (math.nan, True)],
 )
 def test_coordinates_that_are_none_are_refused(pin: str, k: int, value: float, wrong: bool) -> None:
-    """X, Y and Z; the others do not count."""
+    """Only X, Y and Z are checked."""
     area = WorkArea(**_BOX)
     assert area.at(150, 300, 450) == "inside"
     coordinates = [150.0, 300.0, 450.0, 0.0]
@@ -123,7 +127,7 @@ def test_coordinates_that_are_none_are_refused(pin: str, k: int, value: float, w
 
 
 def test_the_radius_is_a_millimetre_unless_it_is_given() -> None:
-    """0.6 and 0.8 mm are 1 mm from the line of the cylinder."""
+    """The position is 0.6 and 0.8 mm, so 1 mm, from the axis of the cylinder."""
     area = WorkArea(Shape="AREA_CYLINDER", Corner2=[0.0, 0.0, 10.0])
     area.at(0, 0, 5)
     assert area["Depth"] == 1

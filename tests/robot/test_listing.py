@@ -1,4 +1,4 @@
-"""The robot programs as a trace has them."""
+"""The trace contains the listing of the robot programs."""
 
 from __future__ import annotations
 
@@ -12,13 +12,19 @@ _STEPS = RobotProgram(name="LAMP", steps=("DO(21)=1", "DELAY 10"))
 
 
 def test_a_controller_without_a_text_has_no_listing() -> None:
-    """Steps and durations are in the robot file; traces with them are as they were."""
+    """Without texts of programs there is no listing, and traces do not change.
+
+    Such a robot file has steps and durations only.
+    """
     assert listings(Controller(RobotConfig())) == []
     assert listings(Controller(RobotConfig(programs=(_STEPS,)))) == []
 
 
 def test_beside_a_text_all_programs_have_their_lines() -> None:
-    """Of a file only its name is given, because folders differ from computer to computer."""
+    """If any program has a text, all programs have lines.
+
+    A file is listed by its name only, because folders differ from computer to computer.
+    """
     programs = (_TEXT, _STEPS, RobotProgram(name="IDLE"))
     assert listings(Controller(RobotConfig(programs=programs))) == [
         {"name": "PLACE", "file": "PLACE.PGM", "lines": ["*AGAIN:", "  DELAY 10", "GOTO *AGAIN"]},
@@ -28,7 +34,9 @@ def test_beside_a_text_all_programs_have_their_lines() -> None:
 
 
 def test_a_task_is_in_the_line_that_it_executes() -> None:
-    """The main program is in task 1 from power-on; a second one only once it is registered.
+    """The main program is in task 1 from power-on.
+
+    A second program is in a task once it is registered.
 
     Source: guide 4.2.8, the states of tasks.
     """
@@ -52,7 +60,10 @@ def test_a_controller_that_is_off_has_no_tasks() -> None:
 
 
 def test_a_trace_gets_the_tasks_first_and_where_they_change() -> None:
-    """Without a text it never gets them, so that its traces stay as they were."""
+    """The trace has the tasks in its first entry and at each change.
+
+    Without a listing the trace contains no tasks.
+    """
     robot = Controller(RobotConfig(programs=(_TEXT,), booted=True))
     tasks = Tasks(robot)
     first = tasks.changed()
@@ -68,7 +79,7 @@ def test_a_trace_gets_the_tasks_first_and_where_they_change() -> None:
 
 
 def test_a_program_of_a_file_with_all_data_counts_its_own_lines(tmp_path: Path) -> None:
-    """The first line behind NAME= is line 1, as the controller counts."""
+    """Lines count from the line after NAME= in a file with all data, as the controller counts."""
     (tmp_path / "CELL.ALL").write_text("[PGM]\nNAME=PICK\nDELAY 10\nHALT\n[END]\n")
     (tmp_path / "robot.toml").write_text('data_file = "CELL.ALL"\n')
     robot = Controller(RobotConfig.load(tmp_path / "robot.toml"))

@@ -1,4 +1,4 @@
-"""A command that changes before its end, and codes that come too early, in every phase."""
+"""The master changes a command before its end, or sets a code too early, in every phase."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_a_movement_beside_one_whose_status_is_not_shown_is_refused_as_busy() ->
 
 @pytest.mark.parametrize("shown", ["run", "ready"])
 def test_a_changed_command_that_acts_later_still_acts(shown: str) -> None:
-    """Only its status is not shown.
+    """Only its status is not shown; the command is still executed.
 
     Rule: changed-command.
     Source: remote command guide chapter 1, 1.1, note
@@ -97,7 +97,9 @@ def test_the_alarm_of_a_changed_command_is_not_shown_and_not_entered(shown: str)
 
 
 def test_the_code_that_stands_there_in_a_ready_status_of_that_kind_is_not_executed() -> None:
-    """The code was set while the status was 0x0100; the next code is legal and is executed.
+    """A code that was set while the status was still 0x0100 is not executed.
+
+    The next code comes in the ready status and is executed.
 
     Rule: changed-command, early-command.
     Source: remote command guide chapter 1, 1.2, code 0x0000
@@ -120,7 +122,9 @@ def test_the_code_that_stands_there_in_a_ready_status_of_that_kind_is_not_execut
 def test_a_changed_data_word_is_a_changed_command_or_free(
     belong: bool, status: int, found: list[str]
 ) -> None:
-    """The word may be one that the command does not use.
+    """Depending on the setting, a changed data word is a changed command or has no effect.
+
+    The word may be one that the command does not use.
 
     Rule: changed-data, hold-command.
     Source: remote command guide chapter 1, 1.1, note
@@ -151,7 +155,7 @@ def test_data_are_those_that_stood_there_with_the_code() -> None:
 @pytest.mark.parametrize("waits", [False, True])
 @pytest.mark.parametrize("phase", ["changed", "resetting"])
 def test_a_code_that_comes_too_early_is_found_in_every_phase(phase: str, waits: bool) -> None:
-    """While the status of a changed command is still 0x0100, and while a status is being reset.
+    """The code may come while a changed command still has status 0x0100, or during a status reset.
 
     Rule: ready-first, early-command.
     Source: remote command guide chapter 1, 1.2, code 0x0000
@@ -197,7 +201,7 @@ def test_an_early_code_is_found_again_when_it_comes_again() -> None:
 
 
 def test_a_code_that_replaces_one_whose_end_is_shown_never_waits() -> None:
-    """The status is not reset without 0x0000, so that it can never be executed.
+    """Without 0x0000 the status is never reset, so the code can never be executed.
 
     Rule: early-command.
     """
@@ -224,7 +228,10 @@ def test_continuous_output_that_changes_its_data_only_ends_with_the_change() -> 
 
 
 def test_a_changed_command_goes_on_without_a_change_of_the_inputs() -> None:
-    """The command also runs if the master's words do not change. Rule: changed-command."""
+    """The command also runs if the master's words do not change afterwards.
+
+    Rule: changed-command.
+    """
     master = powered_up(command_delay=100, changed_command_status="ready")
     master.send(*POINT_1)
     master.run(20)
@@ -237,7 +244,10 @@ def test_a_changed_command_goes_on_without_a_change_of_the_inputs() -> None:
 
 @pytest.mark.parametrize("waits", [True, False])
 def test_a_code_that_waits_needs_no_change_of_the_inputs(waits: bool) -> None:
-    """The words do not change after the code that replaced another code. Rule: early-command."""
+    """The master's words do not change after the code that replaced another code.
+
+    Rule: early-command.
+    """
     master = powered_up(command_delay=20, early_command_waits=waits)
     master.send(*POINT_1)
     master.run(10)

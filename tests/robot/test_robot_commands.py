@@ -1,4 +1,4 @@
-"""Effects and refusals of the single remote commands."""
+"""Single remote commands have their effects, and illegal ones are refused."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_move_takes_the_limits_of_every_range(data: tuple[int, ...]) -> None:
 
 
 def test_unused_words_may_be_tolerated() -> None:
-    """Fixed bits are still checked. Rule: format."""
+    """If unused words are tolerated, fixed bits are still checked. Rule: format."""
     master = _mover(strict_unused_words=False)
     assert master.execute(0x0501, 0xFFFF)[0] == 0x0200
     assert master.execute(0x0001, 0x0008, 0, 0, 19)[:3] == FORMAT_ERROR
@@ -58,7 +58,7 @@ def test_move_only_the_designated_axes() -> None:
 
 
 def test_move_to_a_point_in_millimetres() -> None:
-    """10.000 mm at 2000 pulses/mm are 20000 pulses; the answer is in millimetres.
+    """10.000 mm at 2000 pulses/mm are 20000 pulses. The answer is in millimetres.
 
     Rule: millimetres.
     """
@@ -128,7 +128,9 @@ def test_a_target_beyond_the_soft_limit_ends_in_2_334(words: tuple[int, ...]) ->
 def test_a_movement_does_not_start_in_a_stop_or_with_the_servos_off(
     words: tuple[int, ...], what: str, alarm: str
 ) -> None:
-    """No position is shown, also for a jog, because the input did not stop it.
+    """The answer contains no position, because the stop did not end a movement.
+
+    This applies to a jog, too.
 
     Rule: stop-alarm, other-alarms, jog-refused.
     Source: manual chapter 4, 4
@@ -147,7 +149,10 @@ def test_a_movement_does_not_start_in_a_stop_or_with_the_servos_off(
 )
 @pytest.mark.parametrize("code", [0x001, 0x009, 0x00A, 0x010, 0x014, 0x044, 0x045, 0x04B, 0x101])
 def test_a_point_that_is_not_defined(code: int, config: dict[str, Any], alarm: str) -> None:
-    """MOVE, MOVEI, DRIVE, DRIVEI, MOVET, PUSH, and the point reference. Rule: other-alarms."""
+    """MOVE, MOVEI, DRIVE, DRIVEI, MOVET, PUSH and the point reference refuse an undefined point.
+
+    Rule: other-alarms.
+    """
     one_axis = (1, 0x0004) if code in (0x010, 0x014, 0x04B) else (0, 0)
     words = (0, 20) if code == 0x101 else (*one_axis, 0, 20)
     assert _mover(**config).execute(code, *words) == abnormal_end(alarm)
@@ -188,6 +193,9 @@ def test_versions_show_0_for_drivers_that_are_not_there() -> None:
 
 
 def test_versions_have_four_drivers_however_many_axes_there_are() -> None:
-    """Words m+10 to m+16; from m+18 on nothing is used. Source: remote command guide 4.7.1."""
+    """The drivers are in words m+10 to m+16. The words from m+18 on are not used.
+
+    Source: remote command guide 4.7.1.
+    """
     master = powered_up(axes=(Axis(), Axis(), Axis(), Axis(), Axis()))
     assert master.execute(0x0501)[5:] == (0x0101, 0x0101, 0x0101, 0x0101, *(0,) * 7)

@@ -1,4 +1,4 @@
-"""Robot files, and what they must not hold."""
+"""Robot files are read, and wrong contents are refused."""
 
 from __future__ import annotations
 
@@ -183,7 +183,7 @@ _QUICK_VALUES = ["9" * 30, "[[1]]", "{}", "1979-05-27"]
 def test_every_key_refuses_a_value_of_another_kind(
     tmp_path: Path, table: str, keys: list[str], value: str
 ) -> None:
-    """The message is short. Where a key takes tables, an empty table sets nothing."""
+    """The message is short. If a key takes tables, an empty table sets nothing."""
     for key in keys:
         empty = value == "{}" and key in (*STORED, "real_time_items", "work_areas")
         said = ""
@@ -197,7 +197,9 @@ def test_every_key_refuses_a_value_of_another_kind(
 
 @pytest.mark.parametrize(("value", "line"), [("9" * 5_000, 2), ("[" * 2_000, 2)])
 def test_a_value_too_long_is_refused_with_its_line(tmp_path: Path, value: str, line: int) -> None:
-    with pytest.raises(InputError, match="a number too long, or lists in lists too deep") as caught:
+    with pytest.raises(
+        InputError, match="a number with too many digits, or lists nested too deeply"
+    ) as caught:
         _load(tmp_path, f"size = 48\nauto_speed = {value}\n")
     assert caught.value.line == line
 

@@ -150,7 +150,7 @@ def _pallet(positions: str, first_point: str) -> str:
         ("[points.2]\nmm = [1]\n[points.1]\nmm = [1]\nhand = 2.0", 5, "cannot be 2.0", "1 or 2"),
         ("[points.1]\nmm = [1]\nhand = true", 3, "'points.1.hand' cannot be True", "0, 1 or 2"),
         ("[points.1]\nmm = [1e308]", 1, "'points.1' cannot be 1e+308", "32 bit numbers"),
-        (f"[points.1]\nmm = [0x{'F' * 5000}]", 1, "'points.1' cannot be a number of so", "32 bit"),
+        (f"[points.1]\nmm = [0x{'F' * 5000}]", 1, "'points.1' cannot be a number with", "32 bit"),
         ("[shifts]\n1 = [-1e308]", 2, "'shifts.1' cannot be -1e+308", "32 bit numbers"),
         ("[points.1]\npulses = [1.7]", 1, "'points.1' needs at most 6 whole numbers", ""),
         ("[points.1]\npulses = [1.0]", 1, "'points.1' needs at most 6 whole numbers", ""),

@@ -1,4 +1,4 @@
-"""The controller as a tool of tests: holding outputs, events, snapshots, repeatability."""
+"""Tests use the controller to hold outputs, inject events, take snapshots and repeat runs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rcx_harness.spec.wire import CYCLE_US
 from robot_master import Master, powered_up
 from structured_text.errors import InputError
 
-#: The events that need arguments.
+#: Events that need arguments.
 ARGUMENTS = {"parallel_input": {"port": 6, "on": 1}}
 
 
@@ -150,7 +150,7 @@ def test_violations_are_drained_once_and_kept() -> None:
 
 
 def _random_life(seed: int, robot: Controller, start: int, cycles: int) -> list[bytes]:
-    """Apply random bits, words, losses and events; the controller must always answer."""
+    """Apply random bits, words, losses and events, and check that the controller always answers."""
     rng = random.Random(seed)
     si = bytearray(48)
     answers = []
@@ -219,12 +219,12 @@ def test_a_snapshot_of_another_robot_is_refused() -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_cycles_in_which_nothing_is_due_are_skipped_without_a_difference(seed: int) -> None:
-    """The idle path must never hide an answer: each cycle worked through gives the same."""
+    """Skipping idle cycles gives the same answers as executing each cycle."""
     lazy, diligent = _busy_robot(seed), _busy_robot(seed)
     work = diligent.cycle
 
     def cycle(now_us: int, si: bytes | None) -> bytes:
-        assert diligent.origins is not None  # who looks may set them: nothing is skipped
+        assert diligent.origins is not None  # a reader may change them: no skip
         return work(now_us, si)
 
     diligent.cycle = cycle  # type: ignore[method-assign]
@@ -244,7 +244,7 @@ def test_cycles_in_which_nothing_is_due_are_skipped_without_a_difference(seed: i
 def test_changes_before_the_first_cycle_show_in_it(
     act: Callable[[Controller], None], at: int, byte: int
 ) -> None:
-    """The changes come at time 0, with a booted controller, and in a later cycle.
+    """A change shows in the first cycle, at time 0, with a booted controller, and in a later cycle.
 
     Source: manual chapter 1, 4.1
     """

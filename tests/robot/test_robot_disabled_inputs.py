@@ -1,4 +1,4 @@
-"""The effect of each dedicated input under each setting, as a table."""
+"""A table gives the effect of each dedicated input under each setting."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 from robot_master import Master, powered_up, servos_on
 
-#: The settings: configuration, and the event that brings them.
+#: Settings, each with its configuration and the event that enables it.
 _SETTINGS: dict[str, tuple[dict[str, Any], str]] = {
     "none": ({}, ""),
     "pendant": ({}, "pendant_on"),
@@ -50,7 +50,7 @@ def _press(master: Master) -> None:
     master.run(20)
 
 
-#: For each input: how to use it, and how to see its effect.
+#: For each input: the way to use it and the way to see its effect.
 _TRIES: dict[str, tuple[Callable[[Master], None], Callable[[Master], bool]]] = {
     "SI00": (_off("SI00"), lambda master: master.on("SO00")),
     "terminal": (_press, lambda master: master.on("SO00")),
@@ -66,7 +66,7 @@ _TRIES: dict[str, tuple[Callable[[Master], None], Callable[[Master], bool]]] = {
     "SI16": (_pulse("SI16"), lambda master: not master.on("SO03")),
     "SI17": (_pulse("SI17"), lambda master: master.robot.machine.origin_running),
 }
-#: Required state before the input, made without dedicated inputs.
+#: The state that each input needs beforehand, reached without dedicated inputs.
 _SERVO_ON, _RUN = (0x0042,), (0x0402,)
 _BEFORE = {"SI06": (_RUN,), "SI14": (_SERVO_ON,), "SI17": (_SERVO_ON,)}
 
@@ -74,7 +74,7 @@ _BEFORE = {"SI06": (_RUN,), "SI14": (_SERVO_ON,), "SI17": (_SERVO_ON,)}
 @pytest.mark.parametrize("name", sorted(_ALL))
 @pytest.mark.parametrize("setting", _SETTINGS)
 def test_which_dedicated_input_works_under_which_setting(setting: str, name: str) -> None:
-    """A disabled edge has no effect later either, when the setting has changed: the edge is over.
+    """An edge while the input is disabled has no effect later either, when the setting changes.
 
     Rule: pendant-inputs, safety-inputs, parallel-reading, parallel-inputs, emergency-terminal.
     Source: manual chapter 1, 5 and 4.1; remote command guide chapter 3, restrictions
@@ -94,7 +94,7 @@ def test_which_dedicated_input_works_under_which_setting(setting: str, name: str
     works = name in _WORKS[setting]
     assert has_worked(master) is works
     if event and not works:
-        if name in ("SI00", "SI06", "SI10"):  # levels: back to what they were
+        if name in ("SI00", "SI06", "SI10"):  # Level inputs go back to their former state.
             master.turn_and_wait(name, name != "SI10")
         master.robot.inject(event.replace("_on", "_off"))
         master.run(200)
@@ -105,7 +105,7 @@ def test_which_dedicated_input_works_under_which_setting(setting: str, name: str
 
 @pytest.mark.parametrize("name", ["SI01", "SI12", "SI15"])
 def test_an_input_that_is_on_when_a_safety_setting_ends_makes_no_edge(name: str) -> None:
-    """SI(10) is a level and counts. Rule: safety-inputs."""
+    """SI(10) is a level, so its state has an effect. Rule: safety-inputs."""
     master = powered_up()
     master.turn_and_wait("SI10", True)
     assert master.on("SO12")
@@ -121,7 +121,10 @@ def test_an_input_that_is_on_when_a_safety_setting_ends_makes_no_edge(name: str)
 
 @pytest.mark.parametrize(("keeps", "runs"), [(True, False), (False, True)])
 def test_disabled_stops_count_as_on_without_a_connection(keeps: bool, runs: bool) -> None:
-    """The loss itself is not a serious alarm here. Rule: safety-inputs, link-lost."""
+    """The loss itself is configured not to be a serious alarm here.
+
+    Rule: safety-inputs, link-lost.
+    """
     master = servos_on(safety_keeps_stops=keeps, minor_alarms=("12.400", "12.552"))
     master.pulse("SI12")
     master.robot.inject("safety_on")

@@ -1,4 +1,4 @@
-"""The remote-command handshake of the guide's chapters 1 and 2."""
+"""The controller follows the remote-command handshake of the guide's chapters 1 and 2."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 from robot_master import Master, powered_up, servos_on
 
 VERSION = 0x0501
-MOVE_TO_19 = (0x0001, 0x0004, 0x0000, 0x0032, 0x0013)  # guide, chapter 2: 50 % to point 19
+MOVE_TO_19 = (0x0001, 0x0004, 0x0000, 0x0032, 0x0013)  # guide, chapter 2: at 50 % to point 19
 POINT_19 = (0x0100, 0x0000, 0x0013, 0x0000, 0x86A0, 0x0001)  # axis 1 = 100000 pulses
 
 
@@ -147,7 +147,7 @@ def test_the_same_command_again_needs_a_status_reset() -> None:
 
 
 def test_data_may_change_after_the_end_status() -> None:
-    """A command is held until its end, not longer.
+    """A command must be held until its end, but not longer.
 
     Source: remote command guide chapter 1, 1.1, note
     """
@@ -161,7 +161,7 @@ def test_data_may_change_after_the_end_status() -> None:
 
 
 def test_data_words_are_free_while_the_code_is_0x0000() -> None:
-    """SIW(2) to SIW(15) are general-purpose inputs then.
+    """While the code is 0x0000, SIW(2) to SIW(15) are general-purpose inputs.
 
     Source: manual chapter 5, 2, word input
     """
@@ -173,7 +173,7 @@ def test_data_words_are_free_while_the_code_is_0x0000() -> None:
 
 
 def test_continuous_output_follows_the_position_until_the_status_reset_command() -> None:
-    """The withdrawal of the command is its regular end.
+    """Withdrawing the command is its regular end.
 
     Rule: continuous.
     Source: remote command guide 4.7.4

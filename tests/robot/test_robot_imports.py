@@ -1,4 +1,4 @@
-"""The modules of the virtual controller import each other in one direction, types included."""
+"""Modules of the virtual controller import each other in one direction, also for types."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def _modules() -> dict[str, Path]:
 
 
 def _imports(file: Path) -> set[str]:
-    """Return what a module imports, also under TYPE_CHECKING and in functions."""
+    """Return the imports of a module, also under TYPE_CHECKING and in functions."""
     found: set[str] = set()
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):

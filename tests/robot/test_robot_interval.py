@@ -1,4 +1,4 @@
-"""The 100 ms between changes of dedicated inputs, and the reserved area."""
+"""Changes of dedicated inputs are 100 ms apart, and the reserved area is not written."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_a_change_that_comes_too_early_is_not_recognised_and_is_reported(
 
 
 def test_a_switch_off_of_si00_or_si06_is_taken_at_once() -> None:
-    """Both may fall together at any time; that is not a violation. Rule: interval-stops."""
+    """Both may turn OFF together at any time, which is not a violation. Rule: interval-stops."""
     master = servos_on()
     master.turn_and_wait("SI12", True, 50)
     master.turn("SI00", False)
@@ -76,7 +76,7 @@ def test_a_switch_off_of_si00_or_si06_is_taken_at_once() -> None:
 
 
 def test_another_input_in_the_exchange_of_a_switch_off_is_not_recognised() -> None:
-    """It is not a violation, because a slow packet may have brought an earlier change with it.
+    """The other change is ignored without a violation, because it may come from an earlier packet.
 
     Rule: interval-stops.
     """
@@ -111,7 +111,7 @@ def test_an_unrecognised_level_is_taken_after_the_interval(late: bool, emergency
 
 
 def test_an_edge_that_was_not_recognised_never_acts() -> None:
-    """The input is only a level later: the next edge needs an OFF in between.
+    """The input then counts as a level. The next edge needs an OFF in between.
 
     Rule: interval-levels, interval-strict.
     """
@@ -171,7 +171,7 @@ def test_general_purpose_inputs_may_change_at_any_time() -> None:
 
 
 def test_a_level_that_was_not_recognised_is_taken_exactly_after_the_interval() -> None:
-    """Counted from the last change, not recognised or not.
+    """The interval begins at the last change, whether that was recognised or not.
 
     Rule: interval-levels, interval-strict.
     """
@@ -184,7 +184,7 @@ def test_a_level_that_was_not_recognised_is_taken_exactly_after_the_interval() -
 
 
 def test_an_input_whose_switch_off_was_not_recognised_makes_no_edge_when_it_is_on_again() -> None:
-    """The controller saw it ON all the time. Rule: interval-levels, interval-strict."""
+    """For the controller, the input was ON all the time. Rule: interval-levels, interval-strict."""
     master = powered_up()
     master.turn_and_wait("SI16", True, 50)
     master.turn_and_wait("SI16", False, 50)
@@ -200,7 +200,10 @@ def test_an_input_whose_switch_off_was_not_recognised_makes_no_edge_when_it_is_o
 
 @pytest.mark.parametrize("lost", [False, True])
 def test_the_interval_counts_from_no_change_before_the_first_image(lost: bool) -> None:
-    """This applies to power-on and to a loss. Rule: link-first-image."""
+    """The first image after power-on or a loss may change inputs without the interval.
+
+    Rule: link-first-image.
+    """
     master = Master()
     if lost:
         master.power_up()

@@ -1,7 +1,7 @@
-"""Forward and inverse kinematics of SCARA robots; figures by hand from the arms of the data sheets.
+"""Forward and inverse kinematics of SCARA robots agree with figures by hand.
 
-The YK400XE has arms of 225 and 175 mm, the YK1200XG two of 600 mm. Lengths in 0.001 mm, angles in
-0.001 degree.
+The figures use the arms of the data sheets: 225 and 175 mm for the YK400XE, twice 600 mm for the
+YK1200XG. Lengths are in 0.001 mm, angles in 0.001 degree.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ RIGHT_ANGLE, TURN = 90_000, 360_000
     ],
 )
 def test_where_the_hand_is(joints: tuple[float, ...], place: tuple[float, ...]) -> None:
-    """At 0 degrees the arms lie along Y; positive angles turn to -X; R is the sum and 90.
+    """At 0 degrees the arms lie along Y. Positive angles turn to -X. R is the sum and 90.
 
-    With -60 and 120 degrees arm 1 points 30 degrees above X: 194.86, 112.5 mm; arm 2 at 150
-    degrees: -151.55, 87.5 mm.
+    With -60 and 120 degrees, arm 1 points 30 degrees above X (194.86, 112.5 mm) and arm 2 points at
+    150 degrees (-151.55, 87.5 mm).
 
     Rule: robot-coordinates, robot-arm.
     Source: public driver of the YK400XE, joints.xacro and README
@@ -51,7 +51,7 @@ def test_where_the_hand_is(joints: tuple[float, ...], place: tuple[float, ...]) 
 def test_both_arms_reach_the_same_place(arm: Scara, sign: int) -> None:
     """At x = 0 and the diagonal of a right angle, 285.044 mm, axis 2 is +-90 degrees.
 
-    Axis 1 is -+atan(175 / 225) = 37.875 degrees: the elbow of the right arm is at the right.
+    Axis 1 is -+atan(175 / 225) = 37.875 degrees. The elbow of the right arm is at the right.
 
     Rule: robot-arm.
     """
@@ -88,9 +88,9 @@ def _angles(limit: int) -> st.SearchStrategy[float]:
 def test_inverse_of_forward_are_the_same_joints(
     first: float, second: float, z: float, r: float, turned: float
 ) -> None:
-    """With the hand system of the bend, however far a hand beside the R axis is turned.
+    """The joints have the hand system of the bend, for any angle of a hand beside the R axis.
 
-    Near to stretched and to folded it does not matter, there joints are less certain.
+    Nearly stretched and folded poses are left out, because their joints are less certain.
     """
     joints = [first, second, z, r]
     arm = Scara(225_000, 175_000, turned)
@@ -105,7 +105,9 @@ def test_inverse_of_forward_are_the_same_joints(
     ("second", "turned"), [(110, 80), (-110, -80), (150, 180), (-150, -180), (150, 350)]
 )
 def test_axis_2_stays_within_half_a_turn_with_a_turned_hand(second: int, turned: int) -> None:
-    """A hand turned by 80 degrees and axis 2 at 110: a bend of -170, and no whole turn of R.
+    """With a hand turned by 80 degrees and axis 2 at 110, the bend is -170.
+
+    R makes no whole turn.
 
     Rule: robot-hand.
     """
@@ -141,7 +143,7 @@ def test_forward_of_inverse_is_the_same_place(x: float, y: float, r: float, left
 def test_tool_and_shift_are_taken_back_exactly(
     pulses: tuple[int, ...], shift: tuple[int, ...], tool: tuple[int, ...], on_r: bool
 ) -> None:
-    """Pulses to millimetres and back are the same pulses, with every hand and shift."""
+    """Pulses, converted to millimetres and back, do not change, with every hand and shift."""
     frame = Frame(
         (2901.75, 2923.9, 1678.05, 682.67),
         shift=shift,
@@ -156,7 +158,9 @@ def test_tool_and_shift_are_taken_back_exactly(
 
 
 def test_a_hand_beside_the_r_axis_is_another_arm_2() -> None:
-    """10 degrees and 25 mm more: with both axes at 0 the hand is at 225 + 200 cos 10, turned.
+    """The hand adds 10 degrees and 25 mm.
+
+    With both axes at 0, it is at 225 + 200 cos 10, turned.
 
     Rule: robot-hand.
     """

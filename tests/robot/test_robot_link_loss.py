@@ -1,4 +1,4 @@
-"""The effect of a lost connection on everything in progress, and the first image after it."""
+"""A lost connection affects everything in progress; the next connection has a first image."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ def _lose(master: Master, ms: float = 100) -> None:
 @pytest.mark.parametrize(
     ("words", "config", "status", "after"),
     [
-        ((0x0505, 1), {}, 0x0100, READY),  # continuous output: its regular end
+        ((0x0505, 1), {}, 0x0100, READY),  # the regular end of continuous output
         ((0x0506, 1), {}, 0x0100, READY),
         (VERSION, {"command_delay": 500}, 0x0100, LOST),
-        (VERSION, {}, 0x0200, None),  # its end is shown: it stays until the reset
+        (VERSION, {}, 0x0200, None),  # the end is shown until the reset
         (VERSION, {"command_accept_delay": 500}, 0x0000, READY),  # not begun
     ],
 )
@@ -57,7 +57,7 @@ def test_the_status_after_a_loss_of_the_connection(
 
 @pytest.mark.parametrize("shown", ["run", "ready"])
 def test_a_changed_command_is_forgotten_with_the_connection(shown: str) -> None:
-    """It is not executed any more. Rule: link-command, changed-command."""
+    """The command is not executed any more. Rule: link-command, changed-command."""
     master = powered_up(command_delay=200, changed_command_status=shown)
     master.send(0x0100, 0, 1, 0, 5)
     master.run(50)
@@ -86,9 +86,9 @@ def test_a_status_that_is_being_reset_is_ready_after_the_loss() -> None:
 @pytest.mark.parametrize(("taken", "count"), [(True, 1), (False, 0)])
 @pytest.mark.parametrize("power", [False, True])
 def test_a_code_in_the_first_image_of_a_connection(taken: bool, count: int, power: bool) -> None:
-    """This applies after a loss and after power-on.
+    """The code is a command or not, as configured, after a loss and after power-on.
 
-    With both settings, another code after it is a command.
+    With both settings, the next code is a command.
 
     Rule: first-image-command.
     """
@@ -111,7 +111,7 @@ def test_a_code_in_the_first_image_of_a_connection(taken: bool, count: int, powe
 
 
 def test_the_sequence_program_stops_with_the_connection_and_runs_again_with_it() -> None:
-    """SI(10) is a level: it needs no new edge.
+    """SI(10) is a level, so it needs no new edge.
 
     Rule: sequence, sequence-program, link-lost.
     Source: manual chapter 5, 2, SI(10): "executed when this signal is in the ON state"
@@ -142,7 +142,7 @@ def test_a_sequence_program_that_is_about_to_start_does_not_start_without_connec
 
 @pytest.mark.parametrize(("latches", "serious"), [(False, False), (True, True)])
 def test_the_alarm_of_a_missing_connection_may_latch(latches: bool, serious: bool) -> None:
-    """A latched alarm is serious and ends by an alarm reset; in neither case is SO(04) OFF.
+    """A latched alarm is serious and ends by an alarm reset. SO(04) stays ON in both cases.
 
     Rule: link-error-at-power-on, mp-ready.
     """
@@ -178,7 +178,10 @@ def test_a_connection_that_comes_in_time_leaves_no_alarm() -> None:
 
 
 def test_general_inputs_without_a_connection_are_off_or_as_they_were() -> None:
-    """Words too; with the connection they are the master's again. Rule: inputs-on-loss."""
+    """Words behave alike. With the connection, the inputs are the master's again.
+
+    Rule: inputs-on-loss.
+    """
     for clears in (True, False):
         master = powered_up(loss_clears_inputs=clears)
         master.si[34] = 0x81

@@ -1,4 +1,4 @@
-"""LEDs, IP address, the parallel I/O board and the two emergency stops (chapter 1, 3 to 5)."""
+"""LEDs, IP address, parallel I/O board and emergency stops work as in chapter 1, 3 to 5."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_without_an_ip_address_of_its_own_there_is_no_connection(address: str, l
 
 @pytest.mark.parametrize("connected", [True, False])
 def test_the_safety_connector_stops_with_and_without_a_connection(connected: bool) -> None:
-    """Its alarm comes although SI(00) has stopped the robot already.
+    """The connector causes an alarm even if SI(00) has already stopped the robot.
 
     Rule: emergency-terminal, emergency-terminal-alarm.
     Source: manual chapter 1, 5; chapter 4, 4
@@ -114,7 +114,7 @@ def test_si00_and_si06_are_those_of_the_master_again_after_recovery() -> None:
 
 @pytest.mark.parametrize(("state", "stopped"), [("valid", True), ("invalid", False)])
 def test_the_parallel_board_has_no_dedicated_input_but_its_stop(state: str, stopped: bool) -> None:
-    """DI01 and DI12 switch nothing on; DI06 stops if the board is valid.
+    """DI01 and DI12 have no effect. DI06 stops the robot if the board is valid.
 
     Rule: parallel-inputs, parallel-stop.
     Source: manual chapter 1, 4.1
@@ -171,7 +171,9 @@ def test_auto_mode_comes_its_time_after_the_last_change() -> None:
 
 
 def test_a_power_cycle_forgets_that_the_connection_was_lost() -> None:
-    """Without a connection since power-on, Network Status is green; the alarm is 12.551.
+    """A power cycle without a connection counts as "never connected": Network Status is green.
+
+    The alarm is 12.551.
 
     Rule: leds, link-error-at-power-on.
     Source: manual chapter 1, 3 and 5.3

@@ -1,4 +1,4 @@
-"""The robots that a robot file can name: their axes, and the law of their acceleration."""
+"""Robots that a robot file can name have their axes and the law of their acceleration."""
 
 from __future__ import annotations
 
@@ -27,7 +27,9 @@ def _load(folder: Path, text: str) -> RobotConfig:
 
 
 def test_the_yk400xe_has_the_pulses_and_limits_of_the_public_driver() -> None:
-    """-385506 ... 380555 pulses are +-132 degrees: 2901.746 each, 0 degrees at -2475.5.
+    """-385506 ...
+
+    380555 pulses are +-132 degrees, at 2901.746 pulses each. 0 degrees is at -2475.5.
 
     Rule: robot-figures.
     Source: public driver of the YK400XE, joints_ranges
@@ -65,7 +67,7 @@ def test_there_are_five_scara_robots_with_a_standard_cycle_and_a_cartesian_one()
 
 @pytest.mark.parametrize(("name", "speed"), [("YK400XEC", 6.0), ("YK710XEC", 9.5)])
 def test_the_stretched_arm_has_the_speed_of_the_sheet(name: str, speed: float) -> None:
-    """Both axes at their highest speed: arm 1 and 2 by axis 1, arm 2 by axis 2.
+    """With both axes at their highest speed, axis 1 moves both arms, and axis 2 moves arm 2.
 
     Rule: robot-speeds.
     """
@@ -77,9 +79,10 @@ def test_the_stretched_arm_has_the_speed_of_the_sheet(name: str, speed: float) -
 
 
 def test_acceleration_is_power_over_speed_and_mass() -> None:
-    """Z of the YK400XEC: 2.648 * 100 W / 1.1 m/s / (0.459 * 4 kg + 2 kg) = 62.76 m/s^2.
+    """Z of the YK400XEC has 2.648 * 100 W / 1.1 m/s / (0.459 * 4 kg + 2 kg) = 62.76 m/s^2.
 
-    Axis 1: 9.111 rad/s, so 3.644 m/s at 0.4 m; 2.648 * 200 / 3.644 / 3.836 / 0.4 = 94.7 rad/s^2.
+    Axis 1 has 9.111 rad/s, which is 3.644 m/s at 0.4 m, and so 2.648 * 200 / 3.644 / 3.836 / 0.4 =
+    94.7 rad/s^2.
 
     Rule: robot-acceleration.
     """
@@ -92,9 +95,10 @@ def test_acceleration_is_power_over_speed_and_mass() -> None:
 
 
 def test_a_load_makes_a_movement_longer() -> None:
-    """WEIGHT in kg: at 1 % acceleration Z never gets to its speed, and takes sqrt(mass) longer.
+    """At 1 % acceleration, Z never reaches its speed, so that the time grows with sqrt(mass).
 
-    1.836 kg of its own, with 4 kg more 5.836: 1.783 times.
+    The parameter WEIGHT is in kg. The mass is 1.836 kg, and 5.836 kg with a load of 4 kg, so the
+    movement takes 1.783 times as long.
 
     Rule: robot-acceleration.
     """
@@ -108,7 +112,7 @@ def test_a_load_makes_a_movement_longer() -> None:
 
 
 def test_acceleration_goes_with_the_load_in_grams() -> None:
-    """Z of the YK400XEC has 0.459 * 4 kg = 1.836 kg of its own; 5.836 kg with 4 kg.
+    """Z of the YK400XEC has 0.459 * 4 kg = 1.836 kg without a load, and 5.836 kg with 4 kg.
 
     Rule: robot-acceleration.
     """
@@ -131,7 +135,10 @@ def test_tables_of_axes_change_those_of_the_model_in_their_order(tmp_path: Path)
 
 
 def test_a_second_robot_and_axes_beside_the_models(tmp_path: Path) -> None:
-    """Robot 2 is the Cartesian robot; axis 5 of robot 1, and robot 3, are as the tables say."""
+    """Robot 2 is the Cartesian robot.
+
+    Axis 5 of robot 1, and robot 3, are defined by their tables.
+    """
     text = 'robot = ["YK400XE", "SXYX"]\n' + "[[axes]]\n" * 4
     text += "[[axes]]\nsoft_high = 7\n[[axes]]\nrobot = 2\nstart = 5\n[[axes]]\nrobot = 3\n"
     config = _load(tmp_path, text)
@@ -170,7 +177,7 @@ def test_a_copy_with_another_key_keeps_its_axes(tmp_path: Path) -> None:
 
 
 def test_a_cartesian_model_is_no_scara_robot() -> None:
-    """Soft limits in mm; lines are straight; no arm is designated."""
+    """A Cartesian model has soft limits in mm, straight lines, and no arm designation."""
     points = {1: Point((100_000, 50_000, 20_000, 0, 0, 0), mm=True)}
     master = mover(robot="SXYX", points=points)
     assert master.execute(0x1003, 0, 0, 0, 1)[0] == NORMAL
@@ -191,9 +198,9 @@ def _even(**limits: Any) -> AxisLimits:
 
 
 def test_on_a_straight_way_the_schedule_is_a_profile() -> None:
-    """100 with half of 40/s^2 up and half of 20/s^2 down, without the highest speed.
+    """The way is 100, with half of 40/s^2 up and half of 20/s^2 down, below the highest speed.
 
-    Peak at v^2 / 40 + v^2 / 20 = 100: v = 36.51; the steps of 25 round it a little.
+    The peak follows from v^2 / 40 + v^2 / 20 = 100: v = 36.51. The steps of 25 round it a little.
     """
     schedule = Schedule(100, 1000, [_even()])
     assert schedule.seconds == pytest.approx(36.51 / 20 + 36.51 / 10, rel=0.05)
@@ -203,7 +210,7 @@ def test_on_a_straight_way_the_schedule_is_a_profile() -> None:
 
 
 def test_a_schedule_is_slow_only_where_an_axis_would_be_fast() -> None:
-    """The last quarter has 9 times the rate: there 100/s of the axis are 11/s of the way."""
+    """In the last quarter the axis has 9 times the rate: 100/s of the axis are 11/s of the way."""
     places = [0, 25, 50, 75, 300]
     schedule = Schedule(100, 50, [_even(places=places, speed=100, up=1e6, down=1e6)])
     when = [next(t for t in range(10_000) if schedule.share(t / 1000) >= s) for s in (0.5, 0.75)]
@@ -212,9 +219,9 @@ def test_a_schedule_is_slow_only_where_an_axis_would_be_fast() -> None:
 
 
 def test_a_schedule_is_slow_where_the_way_of_an_axis_bends() -> None:
-    """In the middle the axis stops: its rate changes by 1 in 25, 0.04 each.
+    """In the middle the axis stops, and its rate changes by 1 in 25, which is 0.04 each.
 
-    Half of 20/s^2 allows v^2 * 0.04 = 10 there, v = 15.81.
+    Half of 20/s^2 allows v^2 * 0.04 = 10 there, so v = 15.81.
     """
     places = [0, 25, 50, 50, 50]
     schedule = Schedule(100, 1000, [_even(places=places), _even(places=[0, 1, 2, 3, 4])])

@@ -1,6 +1,6 @@
-"""The PTP profile: times by hand from way, speed and acceleration.
+"""PTP movements have the profile that follows from way, speed and acceleration.
 
-Default axis: 1 000 000 pulses/s, 5 000 000 pulses/s^2.
+Expected times are by hand. The default axis has 1 000 000 pulses/s and 5 000 000 pulses/s^2.
 """
 
 from __future__ import annotations
@@ -54,7 +54,10 @@ def test_time_of_a_movement(data: tuple[int, ...], config: dict[str, Any], secon
 
 
 def test_all_axes_start_and_end_together() -> None:
-    """Half the way after half the time of a symmetric profile, on every axis. Rule: profile."""
+    """With a symmetric profile, every axis has done half of its way after half the time.
+
+    Rule: profile.
+    """
     ways = [(0, 100000), (1, -50000)]
     path = PtpPath([AxisMove(k, 0, end, 500000, 5e6, 5e6) for k, end in ways])
     movement = Movement(path, start_us=0)
@@ -97,7 +100,10 @@ def test_a_movement_without_a_way_is_done_at_once() -> None:
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("code", [0x0001, 0x0003])
 def test_an_axis_beyond_its_soft_limit_can_come_back(code: int, sign: int) -> None:
-    """It cannot stay there or move farther. Rule: limits-on-the-way."""
+    """An axis beyond its soft limit can move back, but cannot stay there or move farther.
+
+    Rule: limits-on-the-way.
+    """
     axes = (Axis(start=sign * 1_000_100), Axis())
     points = {
         19: Point((sign * 999_000, 500, 0, 0, 0, 0)),
@@ -121,9 +127,9 @@ def test_an_axis_beyond_its_soft_limit_can_come_back(code: int, sign: int) -> No
     ],
 )
 def test_the_slowest_axis_limits_the_speed_of_the_tool(flags: int, speed: int, step: int) -> None:
-    """A line at 60 degrees: the first axis, which can do 50 mm/s, does a half of the way.
+    """On a line at 60 degrees, the first axis, which can do 50 mm/s, does half of the way.
 
-    So the tool does at most 100 mm/s, 0.5 mm in 5 ms.
+    So the tool does at most 100 mm/s, which is 0.5 mm in 5 ms.
 
     Rule: path-speed.
     """

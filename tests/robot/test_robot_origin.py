@@ -1,4 +1,4 @@
-"""The return-to-origin by axis type (chapter 5, 2)."""
+"""The return-to-origin depends on the axis type (chapter 5, 2)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ SEMI, MARK = Axis(start=700, type="semi_absolute"), Axis(start=700, origin_metho
 
 
 def _master(*axes: Axis, **config: Any) -> Master:
-    """Return a master with servos on, axes at 700 pulses; a group takes 200 ms to its origin."""
+    """Return a master with servos on and axes at 700 pulses.
+
+    Each group of axes takes 200 ms to its origin.
+    """
     return servos_on(axes=axes, origin_time=200, **config)
 
 
@@ -51,7 +54,7 @@ def test_so11_during_a_return_to_origin(clears: bool, shown: bool) -> None:
 
 @pytest.mark.parametrize("clears", [True, False])
 def test_a_return_to_origin_that_is_stopped_is_not_complete(clears: bool) -> None:
-    """The stop is alarm 12.400; what was to follow does not move.
+    """The stop is alarm 12.400. The axes that were to follow do not move.
 
     Rule: origin-model, stop-alarm.
     """
@@ -139,7 +142,7 @@ def test_while_an_axis_moves_no_return_to_origin_begins(name: str) -> None:
     Rule: origin-model.
     """
     master = servos_on(origin_time=1000)
-    master.send(0x0001, 0x0004, 0, 10, 19)  # 10 % to point 19
+    master.send(0x0001, 0x0004, 0, 10, 19)  # at 10 % to point 19
     master.run(50)
     master.pulse(name)
     assert not master.robot.machine.origin_running
@@ -149,5 +152,5 @@ def test_while_an_axis_moves_no_return_to_origin_begins(name: str) -> None:
     master.pulse("SI14", 120)
     master.pulse(name, 120)
     assert master.robot.machine.origin_running
-    master.run(540)  # 1,000 ms after the first one
+    master.run(540)  # 1,000 ms after the start of the first return
     assert not master.robot.machine.origin_running

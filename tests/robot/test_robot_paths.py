@@ -1,4 +1,4 @@
-"""Profiles, curves, paths and coordinates, each by itself; figures by hand."""
+"""Profiles, curves, paths and coordinates are tested one by one, with figures by hand."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ from rcx_harness.robot.paths import ArchPath, AxisMove, CurvePath, Profile, PtpP
 
 
 def test_a_profile_accelerates_moves_and_brakes() -> None:
-    """100 at 50/s with 100/s^2 up and 50/s^2 down: 0.5 s, 1.25 s, 1 s over 12.5, 62.5 and 25.
+    """A way of 100 at 50/s, with 100/s^2 up and 50/s^2 down, takes 0.5 s, 1.25 s and 1 s.
+
+    These parts are 12.5, 62.5 and 25 long.
 
     Rule: profile.
     """
@@ -27,7 +29,7 @@ def test_a_profile_accelerates_moves_and_brakes() -> None:
 
 
 def test_a_way_that_is_too_short_for_the_speed_has_no_even_part() -> None:
-    """100 with 200/s^2 and 200/s^2: half the way takes 0.7071 s. Rule: profile."""
+    """For a way of 100 with 200/s^2 up and down, half of the way takes 0.7071 s. Rule: profile."""
     profile = Profile.over(100, 1000, 200, 200)
     assert profile.even == pytest.approx(0)
     assert profile.up == profile.down == pytest.approx(math.sqrt(0.5))
@@ -44,7 +46,10 @@ def test_when_a_part_of_the_way_is_done(share: float, seconds: float) -> None:
 
 
 def test_on_a_line_all_axes_are_in_proportion() -> None:
-    """Length by X, Y and Z; by the others where these turn farther. Rule: path-speed."""
+    """The length is that of X, Y and Z, or of the other axes if these turn farther.
+
+    Rule: path-speed.
+    """
     line = Line((0, 0, 0, 10), (300, 400, 0, -90))
     assert line.length == 500
     assert line.at(0.25) == [75, 100, 0, -15]
@@ -52,7 +57,12 @@ def test_on_a_line_all_axes_are_in_proportion() -> None:
 
 
 def test_an_arc_goes_from_the_first_through_the_second_to_the_third_point() -> None:
-    """Radius 5 about (5, 0): over the top, three quarters of the circle to (5, -5). Rule: arc."""
+    """The radius is 5 about (5, 0).
+
+    The arc goes over the top, three quarters of the circle, to (5, -5).
+
+    Rule: arc.
+    """
     arc = Arc((0, 0, 7, 0), (5, 5, 7, 10), (5, -5, 7, 90))
     assert arc.length == pytest.approx(1.5 * math.pi * 5)
     assert arc.at(0) == pytest.approx([0, 0, 7, 0])
@@ -94,14 +104,15 @@ def test_no_circle_goes_through_points_on_a_line(points: list[tuple[float, ...]]
 
 
 def _move(start: int, target: int, axis: int = 2) -> AxisMove:
-    """Return a movement with 100 pulses/s from the start: 100 pulses take 1 s and a little."""
+    """Return a movement at 100 pulses/s from the start: 100 pulses take a little more than 1 s."""
     return AxisMove(axis, start, target, 100, 1e9, 1e9)
 
 
 def test_the_arch_axis_goes_first_and_comes_down_last() -> None:
-    """Up 200 in 2 s; the others (300 in 3 s) start after 50, at 0.5 s, and arrive at 3.5 s.
+    """The arch axis rises by 200 in 2 s.
 
-    Of the way down, 150, then 60 remain: 90 are done, so it leaves at 2.6 s and arrives at 4.1 s.
+    The others (300 in 3 s) start after 50, at 0.5 s, and arrive at 3.5 s. The arch axis has 60 of
+    its way down, 150, left then. It has done 90, so it leaves at 2.6 s and arrives at 4.1 s.
 
     Rule: arch-motion.
     Source: remote command guide 4.2.1, arch designation, steps 1 to 4
@@ -149,7 +160,7 @@ def test_an_arch_without_any_way_ends_at_once() -> None:
 
 
 def test_a_path_on_a_curve_moves_the_axes_that_take_part() -> None:
-    """Half a second of 1 mm/s along (3, 4); the second axis has 2000 pulses/mm.
+    """The path takes half a second at 1 mm/s along (3, 4). The second axis has 2000 pulses/mm.
 
     Rule: path-speed.
     """
@@ -173,7 +184,7 @@ def test_pulses_are_millimetres_by_a_factor_for_each_axis() -> None:
 
 
 def test_a_shift_moves_and_turns_the_coordinates() -> None:
-    """The axes are at X 1, Y 12, Z 5 mm: 10 mm along the shifted X, 2 mm along its Z.
+    """The axes are at X 1, Y 12, Z 5 mm, which is 10 mm along the shifted X and 2 mm along its Z.
 
     Rule: coordinates.
     """
@@ -190,7 +201,7 @@ def test_a_shift_moves_and_turns_the_coordinates() -> None:
     ],
 )
 def test_the_tool_is_at_the_end_of_the_hand(on_r: bool, mm: tuple[int, ...]) -> None:
-    """The hand of the manual's example: 10.000, -2.000, 5.000 mm. Rule: coordinates."""
+    """The hand of the manual's example has 10.000, -2.000 and 5.000 mm. Rule: coordinates."""
     frame = Frame((1000,) * 4, hand=(10_000, -2_000, 5_000), on_r=on_r)
     assert frame.to_mm((0, 0, 0, 90_000)) == pytest.approx(mm)
     assert frame.to_pulses(mm) == pytest.approx((0, 0, 0, 90_000), abs=1e-6)
@@ -199,7 +210,10 @@ def test_the_tool_is_at_the_end_of_the_hand(on_r: bool, mm: tuple[int, ...]) -> 
 @pytest.mark.parametrize("axes", range(1, 7))
 @pytest.mark.parametrize("on_r", [False, True])
 def test_pulses_come_back_from_millimetres(axes: int, on_r: bool) -> None:
-    """The number of axes does not matter. Rule: coordinates."""
+    """Pulses, converted to millimetres and back, do not change, for any number of axes.
+
+    Rule: coordinates.
+    """
     frame = Frame(
         (1000.0, 700.0, 300.0, 100.0, 50.0, 1.5)[:axes],
         shift=(1_000, -2_000, 3_000, 33_000),
@@ -211,7 +225,7 @@ def test_pulses_come_back_from_millimetres(axes: int, on_r: bool) -> None:
 
 
 def test_a_way_in_tool_coordinates_turns_with_a_hand_on_the_r_axis() -> None:
-    """R is 30 degrees in the shifted coordinates: (10, 0) mm is (8.660, 5) there.
+    """In the shifted coordinates R is 30 degrees, so that (10, 0) mm is (8.660, 5) there.
 
     Rule: coordinates.
     """
@@ -225,7 +239,9 @@ def test_a_way_in_tool_coordinates_turns_with_a_hand_on_the_r_axis() -> None:
 
 
 def test_a_path_that_passes_its_target_on_the_way_is_not_done_there() -> None:
-    """An arc that begins beside its end, and an arch axis that rises past its target.
+    """A path is not done when it passes its target.
+
+    Examples are an arc that begins beside its end, and an arch axis that rises past its target.
 
     Rule: arrival.
     """

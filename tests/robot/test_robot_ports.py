@@ -1,4 +1,4 @@
-"""Robot programs that read and write the ports (chapter 3, 2), step by step."""
+"""Robot programs read and write the ports (chapter 3, 2), tested step by step."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from structured_text.errors import InputError
 
 
 def run_steps(*steps: str, **config: Any) -> Master:
-    """Return a robot that has just been ordered to run these steps once."""
+    """Return a robot that has just received the order to run these steps once."""
     program = RobotProgram(steps=steps, loop=False)
     master = powered_up(programs=(program,), program_start_delay=0, **config)
     master.turn_and_wait("SI12", True, 20)
@@ -112,7 +112,7 @@ def test_a_program_that_never_waits_leaves_time_for_the_others() -> None:
 
 @pytest.mark.parametrize(("knob", "at_rest"), [(True, 5), (False, 0)])
 def test_words_shared_with_the_response(knob: bool, at_rest: int) -> None:
-    """SOW(2) is the response while a status is shown, and the program's word otherwise.
+    """While a status is shown, SOW(2) is the response. Otherwise it is the program's word.
 
     Rule: shared-words.
     """
@@ -144,7 +144,7 @@ _NO_OUTPUTS += " SOD(3) SOD(15) SOX(2) SI(20) SO"
 
 @pytest.mark.parametrize("name", _NO_OUTPUTS.split())
 def test_a_name_that_is_not_an_output_of_this_board_is_refused(name: str) -> None:
-    """Dedicated ports, ports beyond 15, reserved words, words of an area that is not extended.
+    """Dedicated ports, ports beyond 15, reserved words and words beyond a short area are refused.
 
     Rule: ports.
     Source: manual chapter 1, 4.1; chapter 3, 2.2 (ports 2 to 15)

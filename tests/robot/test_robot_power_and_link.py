@@ -1,4 +1,4 @@
-"""Power-on, boot and the connection."""
+"""The controller powers on, boots, and gains and loses its connection."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from robot_master import Master, powered_up, servos_on
 
 
 def test_the_controller_starts_in_the_servo_off_state() -> None:
-    """After power-on the servos are OFF; CPU_OK and MP RDY come with the end of the boot.
+    """After power-on the servos are OFF. CPU_OK and MP RDY turn ON at the end of the boot.
 
     Rule: servo-off-at-power-on, boot, power-on-state.
     Source: manual chapter 1, 5 and chapter 5, 3.1
@@ -49,7 +49,10 @@ def test_si00_off_at_power_on_is_an_emergency_stop_without_alarm() -> None:
 
 
 def test_a_loss_of_the_link_is_one_alarm_however_long_it_lasts() -> None:
-    """This also holds if the alarm is not serious. Rule: link-loss-alarm, minor-alarms."""
+    """A long loss of the link is a single alarm, also if the alarm is not serious.
+
+    Rule: link-loss-alarm, minor-alarms.
+    """
     master = powered_up(minor_alarms=("12.552",))
     master.connected = False
     master.run(100)
@@ -117,7 +120,7 @@ def test_a_power_on_alarm_is_there_after_the_boot() -> None:
 
 @pytest.mark.parametrize("names", [("SI15",), ("SI00", "SI06", "SI15")])
 def test_the_image_of_the_very_first_cycle_has_levels_only(names: tuple[str, ...]) -> None:
-    """The controller has booted, and the master is there before it: no edge and no change.
+    """The controller has booted and the master is there before this cycle, so there is no edge.
 
     Rule: link-first-image.
     """

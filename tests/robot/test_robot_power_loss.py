@@ -1,4 +1,4 @@
-"""Motor power, main power and power cycles: what each of them ends, and what stays."""
+"""Motor power, main power and power cycles end some things, and others stay."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_without_motor_power_the_program_stops_or_goes_on(off: str, knob: bool, 
 
 @pytest.mark.parametrize("programs", [True, False])
 def test_a_movement_ends_with_the_main_power(programs: bool) -> None:
-    """The programs make no difference. Rule: main-power."""
+    """A loss of main power ends a movement, whether programs continue or not. Rule: main-power."""
     master = servos_on(motor_power_stops_program=programs, servo_off_alarm="6.301")
     _send(master, *POINT_1)
     master.send(*MOVE)
@@ -68,7 +68,7 @@ def test_a_movement_ends_with_the_main_power(programs: bool) -> None:
 
 @pytest.mark.parametrize(("alarm", "expected"), [("", []), ("17.1", ["17.1"])])
 def test_the_loss_of_main_power_may_be_an_alarm(alarm: str, expected: list[str]) -> None:
-    """Repeated events cause one alarm; the return of power causes none. Rule: main-power."""
+    """Repeated events cause a single alarm. The return of power causes none. Rule: main-power."""
     master = powered_up(main_power_alarm=alarm)
     for event in ("main_power_off", "main_power_off", "main_power_on"):
         master.robot.inject(event)
@@ -89,9 +89,9 @@ _SERVOS_OFF: dict[str, Callable[[Master], None]] = {
 @pytest.mark.parametrize(("knob", "state"), [(True, BRAKE), (False, FREE)])
 @pytest.mark.parametrize("off", _SERVOS_OFF)
 def test_a_free_axis_when_all_servos_go_off(off: str, knob: bool, state: int) -> None:
-    """The others get their brakes in either reading. Rule: free-axes."""
+    """With either setting, all other axes are braked. Rule: free-axes."""
     master = servos_on(servo_off_brakes_free_axes=knob)
-    _send(master, 0x0036, 0, 0x0008)  # servo free of axis 4, the guide's example of 4.2.13
+    _send(master, 0x0036, 0, 0x0008)  # servo free of axis 4, as in the guide's example of 4.2.13
     assert _states(master) == (SERVO, SERVO, SERVO, FREE)
     _SERVOS_OFF[off](master)
     master.run(20)
@@ -116,13 +116,16 @@ def test_motor_power_off_and_power_off_lock_every_brake(knob: bool) -> None:
 
 
 def _pattern(master: Master, kind: int, port: int) -> int:
-    """Return the I/O port reference (guide, 4.5.1): kind DI 0, DO 1, MO 2, LO 3, TO 4, SO 6."""
+    """Return the I/O port reference (guide, 4.5.1).
+
+    The kinds are DI 0, DO 1, MO 2, LO 3, TO 4 and SO 6.
+    """
     return master.execute(0x0304, 0, kind << 12 | port << 4)[3]
 
 
 @pytest.mark.parametrize(("clears", "kept"), [(True, 0x00), (False, 0x01)])
 def test_outputs_at_power_on(clears: bool, kept: int) -> None:
-    """DO and SO are always OFF; the knob decides about MO, LO and TO.
+    """DO and SO are always OFF. The knob sets the state of MO, LO and TO.
 
     Rule: internal-outputs, outputs-kept.
     """
@@ -184,7 +187,7 @@ def test_inputs_of_the_parallel_board_stay_through_a_power_cycle() -> None:
 
 
 def test_a_power_cycle_ends_alarms_and_warning_and_keeps_the_history() -> None:
-    """Messages are read as before it; programs are at their first line, their variables 0.
+    """Messages are read as before. Programs are at their first line, and their variables are 0.
 
     Rule: power-cycle.
     """

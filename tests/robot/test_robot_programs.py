@@ -1,4 +1,4 @@
-"""Programs, the sequence program and the return-to-origin (chapter 5)."""
+"""Programs and the sequence program start, stop and end (chapter 5)."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_program_reset_and_start_need_auto_mode() -> None:
 
 
 def test_an_emergency_stop_stops_the_program() -> None:
-    """To run it again, alarm reset and servo ON are needed.
+    """After that, the program needs an alarm reset and servo ON to run again.
 
     Rule: program-emergency.
     Source: manual chapter 5, 3.3, note
@@ -46,7 +46,7 @@ def test_an_emergency_stop_stops_the_program() -> None:
 
 
 def test_a_program_that_does_not_loop_ends_after_its_duration() -> None:
-    """A stop does not count. Rule: program-length."""
+    """The duration does not include a stop. Rule: program-length."""
     program = RobotProgram(duration=500, loop=False)
     master = servos_on(programs=(program,), program_start_delay=0, program_stop_delay=0)
     master.turn_and_wait("SI12", True, 200)

@@ -1,4 +1,4 @@
-"""The list of rules is complete: knobs exist, and every rule has a test that names it."""
+"""The list of rules is complete: its knobs exist, and every rule is named by a test."""
 
 from __future__ import annotations
 
@@ -80,14 +80,14 @@ def test_every_key_is_in_one_section_and_the_page_shows_it_there() -> None:
 
 
 def test_the_sections_can_be_read_each_by_itself() -> None:
-    """A configuration is one value. `RobotConfig(knob=...)` and `config.knob` need no section."""
+    """A configuration is one object. `RobotConfig(knob=...)` and `config.knob` need no section."""
     config = RobotConfig(servo_on_delay=10.0, busy_alarm="6.7")
     assert all(isinstance(config, section) for section in SECTIONS)
     assert (config.servo_on_delay, config.busy_alarm, config.size) == (10.0, "6.7", 48)
 
 
 def test_the_rules_of_each_list_are_numbered_from_1_on() -> None:
-    """Other pages and messages say A15."""
+    """Other pages and messages refer to a rule by a number such as A15."""
     page = fidelity_page()
     for letter, basis in zip("MPRA", BASES, strict=True):
         mine = [rule.id for rule in rules() if rule.basis == basis]

@@ -1,4 +1,4 @@
-"""The drawing of a robot: arms and limits, points, pallets and work areas, and its pose."""
+"""The drawing of a robot has arms and limits, points, pallets and work areas, and its pose."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def load(tmp_path: Path, text: str) -> Controller:
 
 
 def test_a_shape_has_arms_limits_and_what_the_robot_file_names(tmp_path: Path) -> None:
-    """Arms 225 and 175 mm; axis 1 from -132 degrees, its upper limit as the file changes it.
+    """The arms are 225 and 175 mm. Axis 1 goes from -132 degrees to the limit in the robot file.
 
     Source: spec/robots.toml, YK400XE
     """
@@ -73,10 +73,10 @@ def test_a_shape_has_arms_limits_and_what_the_robot_file_names(tmp_path: Path) -
     first, _, third, _ = scara["axes"]
     assert [one["unit"] for one in scara["axes"]] == ["deg", "deg", "mm", "deg"]
     assert (first["low"], third["low"], third["high"]) == (-132, 0, 150)
-    assert first["high"] == pytest.approx(90.85, abs=0.01)  # 261157 + 2475.5 of 2901.75 a degree
+    assert first["high"] == pytest.approx(90.85, abs=0.01)  # 261157 + 2475.5, at 2901.75 a degree
     points = {one["number"]: one for one in scara["points"]}
     assert points[1] == {"number": 1, "name": "FEEDER", "mm": [100.5, 200.0, 30.0, 45.0]}
-    assert points[2]["joints"][0] == pytest.approx(0.853, abs=0.001)  # 2475.5 of 2901.75
+    assert points[2]["joints"][0] == pytest.approx(0.853, abs=0.001)  # 2475.5, at 2901.75 a degree
     corners = [[0, 300, 0], [20, 300, 0], [20, 320, 0], [0, 320, 0]]
     places = [[0, 300, 0], [20, 300, 0], [0, 320, 0], [20, 320, 0]]
     assert scara["pallets"] == [{"number": 3, "corners": corners, "places": places}]
@@ -109,7 +109,10 @@ def test_a_pose_has_what_differs_from_the_start(tmp_path: Path) -> None:
 
 
 def test_a_hand_beside_the_r_axis_has_its_angle_in_degrees(tmp_path: Path) -> None:
-    """Data 1 in pulses of axis 2, here 2923.9 a degree. Source: remote command guide 4.3.5."""
+    """Data 1 is in pulses of axis 2, here 2923.9 pulses a degree.
+
+    Source: remote command guide 4.3.5.
+    """
     text = 'robot = "YK400XEC"\n[hands.1]\n1 = [29239, 40000, 5000, 0]\n'
     controller = load(tmp_path, text)
     controller.machine.settings.of(1).hand = 1
@@ -125,7 +128,7 @@ def test_of_many_points_the_first_are_drawn(tmp_path: Path) -> None:
 
 
 def test_of_pallets_so_many_positions_are_drawn_as_of_points(tmp_path: Path) -> None:
-    """The first pallet has 200 positions, and the second is cut at the limit for all points."""
+    """The first pallet has 200 positions. The second pallet is cut at the limit for all points."""
     text = "".join(f"[points.{k}]\nmm = [{k}, {k}]\n" for k in range(1, 6))
     text += "".join(f"[pallets.{k}]\npositions = [20, 10, 1]\nfirst_point = 1\n" for k in (1, 2))
     (shape,) = shapes(load(tmp_path, 'robot = "SXYX"\n' + text))

@@ -1,4 +1,4 @@
-"""The dedicated inputs and outputs of chapter 5."""
+"""The dedicated inputs and outputs have the effects of chapter 5."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_servo_on_is_executed_when_si01_switches_from_off_to_on() -> None:
 
 
 def test_a_short_switch_off_of_si00_is_an_emergency_stop_too() -> None:
-    """The stop is not forgotten while its answer is on the way.
+    """The stop counts even if SI(00) is ON again before the answer.
 
     Rule: emergency-stop.
     Source: manual chapter 5, 3.1
@@ -122,7 +122,7 @@ def _lose_link(master: Master) -> None:
 def test_mp_ready_in_emergency_stop(
     stop: Callable[[Master], None], knob: bool, ready: bool
 ) -> None:
-    """Word for word SO(04) is OFF as long as SO(03) is ON, also after the release.
+    """Read literally, SO(04) is OFF as long as SO(03) is ON, also after the release.
 
     Rule: mp-ready, link-loss-alarm.
     Source: manual chapter 5, 2, SO(03) and SO(04); 3.1, shift to emergency stop
@@ -139,7 +139,7 @@ def test_mp_ready_in_emergency_stop(
 
 
 def test_a_serious_error_turns_so03_on_and_so04_off() -> None:
-    """The error also switches the servos off; an alarm reset clears it.
+    """The error also switches the servos off. An alarm reset clears it.
 
     Rule: serious-alarm, alarm-stops.
     Source: manual chapter 5, 2, SO(03) and SO(04)
@@ -196,7 +196,7 @@ def test_delays_given_as_a_range_come_from_the_seed() -> None:
             master.run(5)
             if master.on("SO02"):
                 return 5 * count
-        raise AssertionError("no answer")
+        raise AssertionError("the servo on gets no answer")
 
     times = [answer_ms(seed) for seed in range(8)]
     assert times == [answer_ms(seed) for seed in range(8)]

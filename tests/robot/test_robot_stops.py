@@ -1,4 +1,4 @@
-"""Stops that come in between: before an answer, again, and while something is to start."""
+"""Stops may come before an answer, repeatedly, and during a start."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_an_emergency_stop_again_before_its_release_is_answered_is_one(
     first[1](master)
     master.run(150)
     again[0](master)
-    for _ in range(30):  # in this time the first release would have been answered
+    for _ in range(30):  # in these cycles the first release would be answered
         master.run(5)
         assert master.on("SO00")
     again[1](master)
@@ -115,7 +115,7 @@ _STOPS: dict[str, Callable[[Master], None]] = {
 @pytest.mark.parametrize("by_command", [False, True])
 @pytest.mark.parametrize("stop", _STOPS)
 def test_a_stop_takes_back_a_start_that_is_not_answered(stop: str, by_command: bool) -> None:
-    """A short stop is enough; the program does not start by itself after it.
+    """A short stop is enough. The program does not start by itself after it.
 
     Rule: start-withdrawn, program-stop.
     Source: manual chapter 5, 3.3: Turn OFF to stop the robot program
@@ -139,7 +139,7 @@ def test_a_stop_takes_back_a_start_that_is_not_answered(stop: str, by_command: b
     for _ in range(40):
         master.run(50)
         assert not master.on("SO13")
-    assert "12.400" not in _history(master)  # no program ran, and none was attempted
+    assert "12.400" not in _history(master)  # no program ran, and no start was attempted
     master.pulse("SI12")
     master.run(1000)
     assert master.on("SO13")
@@ -164,7 +164,10 @@ def test_a_stop_that_an_emergency_stop_overtakes_does_not_stop_the_next_start() 
 
 @pytest.mark.parametrize("name", ["SI01", "SI12"])
 def test_an_alarm_before_the_answer_takes_the_request_back(name: str) -> None:
-    """This includes an alarm that leaves the servos unchanged. Rule: alarm-stops, answers."""
+    """Any alarm before the answer ends the request, even an alarm that leaves the servos on.
+
+    Rule: alarm-stops, answers.
+    """
     delays = {"servo_on_delay": 500, "program_start_delay": 500}
     master = powered_up(alarm_stops_servo=False, **delays)
     master.pulse(name)
@@ -202,7 +205,7 @@ def test_a_return_to_origin_without_an_axis_to_move_is_no_attempt() -> None:
 
 @pytest.mark.parametrize("command", [0, 0x0032])
 def test_a_stopped_return_to_origin_is_one_alarm(command: int) -> None:
-    """The movement was started by an input or by a command.
+    """A stopped return-to-origin, by an input or by a command, causes one alarm.
 
     Rule: stop-alarm, origin-command-needs.
     Source: manual chapter 4, 4, 12.400 b
@@ -222,7 +225,7 @@ def test_a_stopped_return_to_origin_is_one_alarm(command: int) -> None:
 
 @pytest.mark.parametrize(("knob", "runs"), [(False, True), (True, False)])
 def test_a_sequence_program_in_an_emergency_stop(knob: bool, runs: bool) -> None:
-    """The program continues in a stop; the knob lets an emergency stop hold it.
+    """A stop never ends it. The knob decides whether an emergency stop does.
 
     Rule: sequence-program.
     """
@@ -242,7 +245,7 @@ def test_a_sequence_program_in_an_emergency_stop(knob: bool, runs: bool) -> None
     [(True, False, True), (False, True, True), (False, True, False)],
 )
 def test_programs_and_the_mode(auto: bool, starts_in_manual: bool, stops_in_manual: bool) -> None:
-    """SI(12) and the command alike; the program reset needs AUTO mode in any case.
+    """SI(12) and the command have the same setting. The program reset always needs AUTO mode.
 
     Rule: program-mode, manual-mode, program-reset.
     Source: manual chapter 5, 2, SI(15)
@@ -301,7 +304,7 @@ def test_a_start_before_the_answer_to_a_reset_prevents_it(knob: bool, runs: bool
 
 @pytest.mark.parametrize("stop", ["SI06", "SI00", "terminal"])
 def test_a_movement_by_command_that_is_stopped_is_one_entry_in_the_history(stop: str) -> None:
-    """An alarm that is active already is not entered again by the command that it ends.
+    """If an alarm is already active, the command that it ends does not record it again.
 
     Rule: history, command-alarms, stop-in-motion.
     Source: remote command guide chapter 1, 1.2, code 0x4000

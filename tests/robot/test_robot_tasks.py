@@ -1,4 +1,4 @@
-"""Several tasks, and what SO(13) and SO(14) show of them."""
+"""Several tasks run at once, and SO(13) and SO(14) show their state."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from rcx_harness.robot import RobotProgram
 from robot_master import Master, powered_up, servos_on
 
-#: Starts the second program and ends when SI(20) comes; the second ends when SI(21) comes.
+#: A program that starts the second program and ends at SI(20). The second program ends at SI(21).
 MAIN = RobotProgram("MAIN", steps=("START 2", "WAIT SI(20)=1"), loop=False)
 SECOND = RobotProgram("SECOND", steps=("SO(30)=1", "WAIT SI(21)=1", "SO(31)=1"), loop=False)
 
@@ -24,7 +24,7 @@ def _running(**config: Any) -> Master:
 
 
 def _started(*programs: RobotProgram) -> Master:
-    """Return a robot whose main program, the first of these, has been started."""
+    """Return a robot after the start of its main program, which is the first of these."""
     master = powered_up(programs=programs)
     master.pulse("SI12")
     return master
@@ -116,7 +116,10 @@ def test_halt_ends_all_tasks() -> None:
 
 
 def test_a_task_that_was_started_by_a_later_one_begins_with_the_next_cycle() -> None:
-    """This holds even if there is nothing else to do in between. Rule: tasks."""
+    """The started task begins in the next cycle, even if no other task does anything.
+
+    Rule: tasks.
+    """
     programs = (
         RobotProgram(steps=("START 3", "WAIT SI(27)=1")),
         RobotProgram(steps=("SO(30)=1", "WAIT SI(27)=1")),
@@ -151,7 +154,7 @@ HOLDER = RobotProgram(
 
 
 def test_a_suspended_task_goes_on_with_restart_only() -> None:
-    """Neither a stop nor SI(12) changes it; a program reset does. Rule: tasks."""
+    """A stop or SI(12) does not change it, but a program reset does. Rule: tasks."""
     master = _started(HOLDER, SECOND)
     master.general_on(20)
     assert _states(master) == ["running", "suspended"]
@@ -169,7 +172,7 @@ def test_a_suspended_task_goes_on_with_restart_only() -> None:
 
 @pytest.mark.parametrize("state", ["running", "stopped", "suspended"])
 def test_start_and_restart_act_on_their_own_states_only(state: str) -> None:
-    """START begins a ready or ended task; RESTART continues a suspended task.
+    """START begins a ready or ended task. RESTART continues a suspended task.
 
     Rule: task-table, tasks.
     """
@@ -224,7 +227,10 @@ def test_a_program_reset_ends_the_time_of_out_and_the_output_stays() -> None:
 
 @pytest.mark.parametrize("shown", [True, False])
 def test_a_program_reset_asked_for_while_a_task_runs_does_not_wait_for_its_end(shown: bool) -> None:
-    """SO(13) may or may not show that task. Rule: program-reset-running, tasks."""
+    """A program reset during a task is not executed later, whether SO(13) shows the task or not.
+
+    Rule: program-reset-running, tasks.
+    """
     master = _running(running_shows_all_tasks=shown, program_reset_delay=500)
     master.run(500)
     master.pulse("SI12")
@@ -246,7 +252,10 @@ def test_halt_ends_suspended_tasks_too() -> None:
 
 
 def test_a_program_that_loops_does_its_steps_again_and_again_at_the_same_pace() -> None:
-    """ON for 100 ms and OFF for 200 ms, and a cycle of 5 ms at its end. Rule: tasks."""
+    """The output is ON for 100 ms and OFF for 200 ms. Each repetition ends with a cycle of 5 ms.
+
+    Rule: tasks.
+    """
     steps = ("SO(20)=1", "DELAY 100", "SO(20)=0", "DELAY 200")
     master = servos_on(programs=(RobotProgram(steps=steps, loop=True),))
     master.pulse("SI15")

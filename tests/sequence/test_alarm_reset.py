@@ -1,4 +1,7 @@
-"""FB_AlarmReset: chapter 5, 3.1, step by step; the test plays the controller."""
+"""FB_AlarmReset follows chapter 5, 3.1, step by step.
+
+The test plays the controller.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,7 @@ def test_alarm_reset_input_alarm_off_then_the_input_is_taken_back() -> None:
 
 
 def test_without_an_alarm_the_input_goes_out_all_the_same() -> None:
-    """A warning, or an alarm that comes in the same moment, is reset too."""
+    """A warning, or an alarm that comes in the same moment, is reset, too."""
     plc = _plc()
     plc.outputs(SO03=False)
     plc.change("AlarmReset.Execute", to=True)

@@ -1,4 +1,7 @@
-"""FB_AutoMode: chapter 5, 3.2, AUTO mode changeover; the test plays the controller."""
+"""FB_AutoMode follows chapter 5, 3.2, AUTO mode changeover.
+
+The test plays the controller.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,9 @@ def _shown(plc: PlcBench) -> tuple[object, ...]:
 
 
 def test_auto_mode_changeover_process() -> None:
-    """Switch at the SAFETY connector and lock at the box, status output, control authority.
+    """The steps are the AUTO switch and the lock, the status output, and the control authority.
+
+    The switch is at the SAFETY connector, the lock at the programming box.
 
     Source: manual chapter 5, 3.2, AUTO mode changeover process.
     """
@@ -78,7 +83,7 @@ def test_without_enable_nothing_is_shown() -> None:
     assert plc["AutoMode.Text"] == ""
     plc.outputs(SO10=False)
     plc.change("AutoMode.Enable", to=True)
-    assert _shown(plc) == ("Busy", 0, "AUTO_NOT_SELECTED"), "what was before is forgotten"
+    assert _shown(plc) == ("Busy", 0, "AUTO_NOT_SELECTED"), "the earlier state has no effect"
 
 
 def test_it_touches_no_dedicated_input() -> None:

@@ -1,4 +1,7 @@
-"""FB_AutoStart: chapter 5, 3.2 and 3.3, step by step; the test plays the controller."""
+"""FB_AutoStart follows chapter 5, 3.2 and 3.3, step by step.
+
+The test plays the controller.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ def _plc() -> PlcBench:
 
 
 def test_program_execution_process() -> None:
-    """Start input, reset status OFF and running ON, then the input is taken back.
+    """The start input turns ON, then the reset status OFF and running ON, then the start input OFF.
 
     Source: manual chapter 5, 3.2, program execution process.
     """

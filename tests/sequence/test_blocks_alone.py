@@ -1,4 +1,4 @@
-"""Sequence blocks alone, in calls that a whole program hardly brings about: holds and limits."""
+"""Sequence blocks alone, in calls that are rare in a whole program: holds and limits."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _STOPS = pytest.mark.parametrize(
 
 
 def _alone(block: str) -> Alone:
-    """Return a block with link and CPU_OK, without other dedicated outputs."""
+    """Return a block with link and CPU_OK, and all other dedicated outputs OFF."""
     alone = Alone(block, {"Robot": "RCX_REF"})
     alone["Robot.Connected"] = alone["Robot.SO.SO01_CpuOk"] = True
     return alone
@@ -36,7 +36,9 @@ def _pulse(alone: Alone) -> None:
 def test_a_stop_holds_in_every_call_up_to_the_one_that_ends_it(
     block: str, hold: str, keep: str, wire: str
 ) -> None:
-    """A block called before it has released the hold in the same scan; the link ends the work.
+    """A block that was called before has released the hold in this scan.
+
+    The loss of the link ends the job.
 
     Source: manual chapter 5, 3.1 and 3.3; heads of FB_EmergencyStop and FB_ProgramStop.
     """
@@ -61,7 +63,7 @@ def test_a_stop_holds_in_every_call_up_to_the_one_that_ends_it(
 def test_a_stop_tells_at_once_that_the_cpu_is_down(
     block: str, hold: str, keep: str, wire: str
 ) -> None:
-    """Its input may still be ON. Source: manual chapter 5, 2, SO(01)."""
+    """The input of the stop may still be ON. Source: manual chapter 5, 2, SO(01)."""
     del hold, keep
     alone = _alone(block)
     alone[f"Robot.SI.{wire}"] = True
@@ -87,7 +89,7 @@ def test_an_emergency_stop_is_not_done_before_its_input_is_off() -> None:
 
 
 def test_a_program_that_ended_before_the_stop_input_went_off_needs_no_interval() -> None:
-    """SO(13) was ON since the start of the work.
+    """SO(13) was ON at the start of the job.
 
     Source: manual chapter 5, 3.3; head of FB_ProgramStop.
     """
@@ -104,7 +106,9 @@ def test_a_program_that_ended_before_the_stop_input_went_off_needs_no_interval()
 
 
 def test_a_release_that_failed_puts_the_hold_back_once_and_at_once() -> None:
-    """Its Execute stays TRUE; what releases the hold later is not worked against.
+    """A failed release restores the hold once, although its Execute stays TRUE.
+
+    A later release by another block remains.
 
     Source: head of FB_ServoOnFromEmergencyStop.
     """
@@ -124,7 +128,7 @@ def test_a_release_that_failed_puts_the_hold_back_once_and_at_once() -> None:
 
 
 def _waiting(block: str) -> Alone:
-    """Return a block that waits for a turn which another block has."""
+    """Return a block that waits for a turn that another block has."""
     alone = _alone(block)
     alone["Robot.Inner.HoldStop"] = True
     alone["Robot.Inner.Sequence.NextTicket"] = 1
@@ -147,7 +151,7 @@ def test_a_continuation_that_ends_in_the_queue_puts_the_hold_back() -> None:
 
 
 def test_an_edge_in_the_queue_releases_no_later_hold() -> None:
-    """FB_ProgramStop has taken hold while the continuation waited.
+    """FB_ProgramStop has started a hold while the continuation waited.
 
     Source: PLCopen: an edge while Busy is ignored; manual chapter 5, 3.3.
     """
@@ -194,7 +198,8 @@ def test_an_edge_in_the_queue_samples_nothing(block: str) -> None:
     assert alone["Block.Job.Longest"] == before
 
 
-#: The dedicated inputs of a block as bits of their word, chapter 5: SI(01), SI(12), SI(14) to (17).
+#: The dedicated inputs of a block as bits of their word (chapter 5): SI(01), SI(12), SI(14) to
+#: SI(17).
 _REQUESTS = {
     "FB_AlarmReset": ({"SO03_Alarm": True}, {}, 0x4000),
     "FB_AutoStart": (
@@ -215,7 +220,7 @@ _REQUESTS = {
 
 @pytest.mark.parametrize("case", _REQUESTS)
 def test_what_another_block_requests_in_the_same_scan_stays(case: str) -> None:
-    """SI(10) is set before the call, by a block that holds its level."""
+    """A block that holds its level sets SI(10) before the call."""
     outputs, pins, bit = _REQUESTS[case]
     alone = _alone(case.partition("-")[0])
     alone["Robot.EmergencyStopOk"] = alone["Robot.StopOk"] = alone["Robot.Settled"] = True
@@ -296,7 +301,7 @@ def _jog(**fields: Value) -> Alone:
 
 
 def test_the_time_limit_of_a_jog_counts_from_its_enable() -> None:
-    """The command that nobody waits for any more was there long before.
+    """The Timeout of the jog begins with Enable, although an abandoned command is on the wire.
 
     Source: head of FB_Jog: Timeout.
     """
@@ -317,7 +322,7 @@ def test_the_time_limit_of_a_jog_counts_from_its_enable() -> None:
 
 
 def test_a_jog_that_waited_too_long_is_off_the_queue() -> None:
-    """The requested work does not begin after the error.
+    """The requested job does not begin after the error.
 
     Source: docs/reference/errors.md, 16#8012.
     """

@@ -1,4 +1,7 @@
-"""FB_EmergencyStop: chapter 5, 3.1, step by step; the test plays the controller."""
+"""FB_EmergencyStop follows chapter 5, 3.1, step by step.
+
+The test plays the controller.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ from sequence_bench import pins, sequences, servo_on
 
 
 def test_shift_to_emergency_stop() -> None:
-    """Emergency stop input OFF; SO(00) and SO(03) ON, SO(02) OFF.
+    """The emergency stop input turns OFF, then SO(00) and SO(03) turn ON and SO(02) OFF.
 
     Source: manual chapter 5, 3.1, shift to emergency stop.
     """
@@ -33,7 +36,7 @@ def test_emergency_stop_status_while_the_servos_are_still_on_is_not_the_end() ->
 
 
 def test_it_waits_for_nobodys_turn_and_for_no_interval() -> None:
-    """The servo ON input has just gone out; its block ends by itself.
+    """The servo ON input has just been sent. The block that sent it ends by itself.
 
     Source: manual chapter 5, 2, SI(00).
     """
@@ -74,7 +77,7 @@ def test_in_emergency_stop_already_it_is_done_in_the_next_call() -> None:
 
 
 def test_emergency_stop_status_is_an_answer_whatever_cpu_ok_is() -> None:
-    """SO(00) ON says what has been asked for.
+    """SO(00) ON confirms the request.
 
     Source: manual chapter 5, 2, SO(00) and SO(01); assumed that SO(00) holds without SO(01).
     """

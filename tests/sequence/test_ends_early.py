@@ -1,4 +1,4 @@
-"""Events that end a sequence block before its answer: conditions, the link, the time limit.
+"""Events end a sequence block before its answer: conditions, the link, the time limit.
 
 The test plays the controller.
 
@@ -17,7 +17,7 @@ from sequence_bench import pins, program_stopped, servo_on
 
 
 def _up(**outputs: bool) -> Callable[[], PlcBench]:
-    """Power is up; then these outputs of the controller."""
+    """Power up, then set these outputs of the controller."""
 
     def bench() -> PlcBench:
         plc = PlcBench()
@@ -29,7 +29,7 @@ def _up(**outputs: bool) -> Callable[[], PlcBench]:
 
 
 class Block(NamedTuple):
-    """A block that can do its work at once, and the input that it sets."""
+    """A block that can do its job at once, and the input that it sets."""
 
     ready: Callable[[], PlcBench]
     signal: str
@@ -77,9 +77,11 @@ def _rows(table: dict[str, str]) -> list[tuple[str, str]]:
     ),
 )
 def test_refused_without_its_conditions_and_nothing_goes_out(block: str, cause: str) -> None:
-    """In the next scan; a continuation gives the stop input back first, and waits for the answer.
+    """The block refuses in the next scan.
 
-    That a return to origin needs servos and no program is assumed.
+    A continuation first releases the stop input and waits.
+
+    It is assumed that a return-to-origin needs servos and no running program.
     """
     plc = _BLOCKS[block].ready()
     plc.let(cause)
@@ -106,7 +108,7 @@ def test_refused_without_its_conditions_and_nothing_goes_out(block: str, cause: 
     ),
 )
 def test_a_condition_that_is_lost_on_the_way_ends_it(block: str, cause: str) -> None:
-    """The input is taken back."""
+    """The input is withdrawn."""
     ready, signal = _BLOCKS[block]
     plc = ready()
     plc.change(f"{block}.Execute", to=True, scans=5)

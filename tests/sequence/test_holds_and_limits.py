@@ -1,4 +1,7 @@
-"""FB_EmergencyStop and FB_ProgramStop hold their input OFF, whatever ends them; who releases it."""
+"""FB_EmergencyStop and FB_ProgramStop hold their input OFF until a certain block releases it.
+
+The hold does not depend on the reason for which they end.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,7 @@ END_PROGRAM
 
 @pytest.fixture
 def stopped() -> PlcBench:
-    """Return a bench whose FB_ProgramStop has just switched SI(06) OFF."""
+    """Return a bench in which FB_ProgramStop has just switched SI(06) OFF."""
     plc = PlcBench(program=_PROGRAM)
     plc.outputs(SO01=True, SO02=True, SO04=True, SO10=True, scans=60)
     assert plc.inputs == ["SI00", "SI06"]
@@ -41,7 +44,7 @@ def stopped() -> PlcBench:
 def test_a_continuation_that_the_link_ends_puts_the_hold_back_in_the_same_scan(
     stopped: PlcBench,
 ) -> None:
-    """SI(06) had not gone ON yet: the interval since its switch-off was not over.
+    """SI(06) was not ON yet, because the interval since its switch-off was not over.
 
     Source: manual chapter 5, 3.1, caution, and 3.3; head of FB_ProgramContinue.
     """
@@ -61,7 +64,7 @@ def test_a_continuation_that_the_link_ends_puts_the_hold_back_in_the_same_scan(
 
 
 def test_one_that_was_refused_does_not_hold_against_another(stopped: PlcBench) -> None:
-    """Its refusal restores the hold once, although Execute stays TRUE.
+    """The refusal restores the hold once, although Execute stays TRUE.
 
     SI(06) waits for its interval.
 
@@ -146,7 +149,7 @@ def test_a_controller_that_is_not_ready_cannot_answer_a_stop(block: str, other: 
 
 @pytest.mark.parametrize("stop", ["EmergencyStop", "EarlyStop", "ProgramStop", "EarlyHalt"])
 def test_while_a_stop_is_executed_no_other_block_releases_it(stop: str) -> None:
-    """The block that releases is called before the stop in the scan, or after it.
+    """The block that releases is called before or after the stop in the scan.
 
     Source: manual chapter 5, 2, SI(00) and SI(06): OFF is the emergency stop and the stop state.
     """

@@ -1,4 +1,7 @@
-"""FB_RcxJob: the contract of Execute, and turns on a channel, through its users and alone."""
+"""FB_RcxJob implements the contract of Execute, and turns on a channel.
+
+The tests use it alone and through blocks.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,7 @@ def _plc() -> PlcBench:
 
 
 def _finish(plc: PlcBench) -> None:
-    """Let the command that is out end normally and the status be reset."""
+    """Let the running command end normally and the status be reset."""
     plc.scan_until(lambda: plc.words[0] != 0)
     plc.complete()
 
@@ -102,7 +105,7 @@ def test_after_the_timeout_the_command_is_held_and_the_next_one_is_told(seen: bo
 
 
 def test_a_holder_that_was_away_for_65536_turns_does_not_take_another_ones() -> None:
-    """The turn's number alone looks like its own."""
+    """The number of the turn is the same as its own."""
     plc = _plc()
     plc.change("First.Execute", to=True)
     assert _pins(plc, "First") == "Busy Active"
@@ -146,7 +149,7 @@ def test_link_loss_ends_the_waiting_blocks_too() -> None:
     assert plc.words[0] == 0
     assert plc.inputs == ["SI00", "SI06"]
     plc.change("Third.Execute", to=True, scans=4)
-    assert plc.words[0] == 0x0503, "dead tickets do not stop the channel"
+    assert plc.words[0] == 0x0503, "abandoned tickets do not stop the channel"
 
 
 def _job(**inputs: object) -> Alone:
@@ -179,7 +182,7 @@ def test_no_ticket_is_taken_so_far_ahead_that_it_would_look_passed(ahead: int, t
 def test_a_ticket_is_shown_before_it_is_passed_on() -> None:
     """FB_WriteArea would release a turn that came and went unseen.
 
-    A block that waited for others before it could take its ticket is such a case.
+    A block that waits for others before it can take its ticket is such a case.
     """
     job = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
     job["Channel.NextTicket"] = job["Channel.Lowest"] = 32_767
@@ -188,7 +191,7 @@ def test_a_ticket_is_shown_before_it_is_passed_on() -> None:
     assert job["Channel.NextTicket"] == 32_767
     job["Block.Trouble"], job["Block.Settled"] = 0x8003, True
     job["Channel.Serving"] = 32_767
-    job["Channel.Lowest"] = 32_800  # whatever FB_WriteArea left there
+    job["Channel.Lowest"] = 32_800  # whatever FB_WriteArea has left there
     job.scan(10)
     assert job["Block.Busy"] is job["Block.Active"] is True
     assert job["Block.Request"] is False
@@ -211,7 +214,7 @@ def test_a_loss_of_one_scan_ends_a_job_that_could_take_its_ticket_in_that_scan(a
     job.scan(30)
     assert job["Block.Busy"] is job["Block.Request"] is False, "Execute is still TRUE: no new edge"
     begun = _job(Answer=answer)
-    assert begun["Channel.NextTicket"] == 1, "what starts in such a scan stands in the queue"
+    assert begun["Channel.NextTicket"] == 1, "a job that starts in such a scan is in the queue"
 
 
 @pytest.mark.parametrize(("ahead", "live"), [(10, True), (32_767, True), (32_768, False)])
@@ -251,7 +254,10 @@ def _waiting() -> Alone:
 
 
 def test_called_twice_in_a_scan_an_idle_job_may_start_and_one_that_waits_or_works_ends() -> None:
-    """Its turn is not given on: the command may be on the wire. Source: errors.md, 16#8016."""
+    """The turn is not passed on, because the command may be on the wire.
+
+    Source: errors.md, 16#8016.
+    """
     idle = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
     _twice(idle)
     assert (idle["Block.ErrorID"], idle["Block.Error"]) == (0, False)
@@ -276,7 +282,7 @@ def _twice(job: Alone) -> None:
 
 @pytest.mark.parametrize("scan", [0, 2, 3, 65_535])
 def test_a_job_that_was_not_called_in_the_scan_before_has_lost_its_turn(scan: int) -> None:
-    """Scan numbers increase by one; the numbers of another robot may be lower, too."""
+    """Scan numbers increase by 1. The numbers of another robot may also be lower."""
     job = _job()
     assert job["Block.Scan"] == 1
     job["Block.Scan"] = (scan - 1) % 65_536
@@ -286,7 +292,7 @@ def test_a_job_that_was_not_called_in_the_scan_before_has_lost_its_turn(scan: in
 
 @pytest.mark.parametrize("ticket", [0, 65_535])
 def test_a_turn_that_has_gone_to_the_next_ticket_is_lost(ticket: int) -> None:
-    """Ticket numbers may start again after 65535."""
+    """Ticket numbers may restart after 65535."""
     job = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
     job["Channel"] = {"Serving": ticket, "NextTicket": ticket, "Lowest": ticket}
     job["Block.Execute"] = True
@@ -300,7 +306,7 @@ def test_a_turn_that_has_gone_to_the_next_ticket_is_lost(ticket: int) -> None:
 
 @pytest.mark.parametrize(("field", "value"), [("Serving", 1), ("Orphan", True)])
 def test_a_turn_that_was_taken_away_is_lost(field: str, value: int) -> None:
-    """FB_WriteArea does this if the block moved after it and so was not called before it."""
+    """FB_WriteArea does this to a block that is called after it and not before it."""
     job = _job()
     assert job["Block.Active"] is True
     job["Channel.NextTicket"] = 2
@@ -344,7 +350,7 @@ def test_a_remote_command_is_requested_until_it_is_on_the_wire(remote: bool) -> 
 
 
 def test_an_earlier_request_on_the_wire_is_not_taken_for_its_own() -> None:
-    """Trouble is believed only with its own request there.
+    """An alarm or fault ends the job only if its own request is on the wire.
 
     Source: manual chapter 5, 3: each process begins with an edge of its input.
     """
@@ -359,7 +365,7 @@ def test_an_earlier_request_on_the_wire_is_not_taken_for_its_own() -> None:
 
 
 def test_an_earlier_command_on_the_wire_keeps_the_channel_from_the_next_one() -> None:
-    """The job ends while an earlier code is still sent, to which the status belongs.
+    """The job ends while an earlier code, to which the status belongs, is still sent.
 
     Source: manual chapter 4, 2.1; head of FB_RcxJob.
     """
@@ -377,7 +383,7 @@ _CHANNEL = ("NextTicket", "Serving", "Lowest", "Orphan", "Holder")
 
 
 def _out_of_place(job: Alone) -> list[object]:
-    """Call it out of place; the channel before, which must be as it was."""
+    """Call the job out of place, and check that the channel has not changed."""
     before = [job[f"Channel.{name}"] for name in _CHANNEL]
     job["Placed"] = False
     job.scan(100)
@@ -396,7 +402,7 @@ def test_a_job_that_begins_out_of_place_ends_in_that_call_without_a_ticket(remot
     assert _out_of_place(job)[0] == 0
     job["Placed"] = True
     job.scan(110)
-    assert job["Block.ErrorID"] == 0x8017, "it is no new edge"
+    assert job["Block.ErrorID"] == 0x8017, "there was no new edge"
     job["Block.Execute"] = False
     job.scan(120)
     job["Block.Execute"] = True
@@ -410,7 +416,10 @@ def test_a_job_that_begins_out_of_place_ends_in_that_call_without_a_ticket(remot
 def test_a_job_out_of_place_gives_no_turn_on(
     remote: bool, serving: int, applied: bool, answer: int
 ) -> None:
-    """FB_WriteArea does, which knows the telegram on the wire. Source: errors.md, 16#8017."""
+    """Only FB_WriteArea passes it on, because it has the telegram on the wire.
+
+    Source: errors.md, 16#8017.
+    """
     job = _job(Remote=remote)
     job["Channel.Serving"] = serving
     job["Block.Active"] = serving == 0

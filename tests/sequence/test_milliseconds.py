@@ -1,4 +1,4 @@
-"""FC_RcxMilliseconds and FC_RcxWaited: time limits as numbers, on which all PLCs agree."""
+"""FC_RcxMilliseconds and FC_RcxWaited use time limits as numbers, on which all PLCs agree."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def program(request: pytest.FixtureRequest) -> Program:
 
 
 def test_a_literal_is_its_number(program: Program) -> None:
-    """On matiec about half of the literals are a nanosecond short."""
+    """On matiec about half of the literals are one nanosecond short."""
     for index, ms in enumerate(_LITERALS):
         program.write("Main.Index", index)
         program.scan(index)

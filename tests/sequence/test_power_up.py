@@ -1,4 +1,7 @@
-"""FB_PowerUp: chapter 5, 3.1 and 3.2 in one; the test plays the controller."""
+"""FB_PowerUp combines chapter 5, 3.1 and 3.2.
+
+The test plays the controller.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ import pytest
 from plc_bench import ROOT, PlcBench
 from sequence_bench import pins, servo_on
 
-#: Each stage waits for a pin of the area blocks, or for outputs of the controller.
+#: Stages. Each waits for a pin of the area blocks, or for outputs of the controller.
 _CONDITIONS: dict[str, str | dict[str, bool]] = {
     "CONNECTION": "Connected",
     "CPU_OK": {"SO00": True, "SO01": True, "SO03": True},
@@ -25,7 +28,7 @@ _STAGES = tuple(_CONDITIONS)
 
 
 def _off(timeout: str = "T#300ms") -> PlcBench:
-    """Return a bench without power, link, and consent of the cell."""
+    """Return a bench without power, link, or consent of the cell."""
     plc = PlcBench(program=ROOT / "tests/data/library/Sequences.st")
     plc.change("Connected", "EmergencyStopOk", "StopOk", to=False, scans=30)
     plc["PowerUp.Timeout"] = timeout
@@ -34,7 +37,7 @@ def _off(timeout: str = "T#300ms") -> PlcBench:
 
 
 def _give(plc: PlcBench, stage: str) -> None:
-    """Let happen what a stage waits for."""
+    """Fulfil the condition of a stage."""
     gift = _CONDITIONS[stage]
     if isinstance(gift, str):
         plc[gift] = True
@@ -43,7 +46,10 @@ def _give(plc: PlcBench, stage: str) -> None:
 
 
 def _until(plc: PlcBench, stage: str) -> None:
-    """Play the controller and the people until it waits in a stage, inputs on the wire."""
+    """Run until the block waits in a stage with its inputs on the wire.
+
+    The test plays the controller and the people.
+    """
     for last in _STAGES:
         plc.scan_until(lambda: plc["PowerUp.Stage"] == f"POWER_UP_{last}")  # noqa: B023
         if last == stage:
@@ -53,7 +59,7 @@ def _until(plc: PlcBench, stage: str) -> None:
 
 
 def test_from_power_on_to_a_running_program_with_one_execute() -> None:
-    """These inputs go ON after power on, in this order. Source: manual chapter 5, 3.1 and 3.2."""
+    """After power-on, these inputs turn ON in this order. Source: manual chapter 5, 3.1 and 3.2."""
     plc = _off()
     seen: list[str] = []
     for stage in _STAGES:
@@ -98,12 +104,12 @@ def test_each_wait_is_limited_and_says_what_it_waits_for(stage: str, error: int,
     taken = plc.scan_until(lambda: plc["PowerUp.Busy"] is False, most=40)
     assert 29 <= taken <= 32
     assert plc["PowerUp.ErrorID"] == error
-    assert plc["PowerUp.Stage"] == f"POWER_UP_{stage}", "it says where it failed"
+    assert plc["PowerUp.Stage"] == f"POWER_UP_{stage}", "Stage shows where the block failed"
     plc.scan(40)
     assert set(plc.inputs) <= {"SI00", "SI06"}
     _give(plc, stage)
     plc.scan(40)
-    assert set(plc.inputs) <= {"SI00", "SI06"}, "what comes too late starts nothing"
+    assert set(plc.inputs) <= {"SI00", "SI06"}, "a late signal starts nothing"
     assert pins(plc, "PowerUp") == "Error"
     assert plc["Robot.Inner.Sequence.Serving"] == plc["Robot.Inner.Sequence.NextTicket"]
 
@@ -218,7 +224,7 @@ def test_an_emergency_stop_in_the_scan_in_which_the_cell_is_found_safe_wins() ->
 
 
 def test_a_program_that_runs_without_servos_is_no_power_up() -> None:
-    """The servos go off in the very scans in which the program starts."""
+    """The servos turn OFF in the scans in which the program starts."""
     plc = _off()
     plc["PowerUp.Execute"] = True
     _until(plc, "PROGRAM_START")
@@ -238,7 +244,7 @@ def test_an_edge_in_the_scan_after_an_error_has_the_whole_time_again() -> None:
 
 
 def test_a_running_program_does_not_matter_before_the_servos_are_on() -> None:
-    """A PLC that restarts finds the robot at work; FB_ServoOn has its own conditions."""
+    """When a PLC restarts, the robot may be working. FB_ServoOn has its own conditions."""
     plc = _off()
     _until(plc, "CELL_SAFE")
     plc.outputs(SO13=True, scans=10)

@@ -1,4 +1,7 @@
-"""FB_ProgramContinue: chapter 5, 3.3, step by step; the test plays the controller."""
+"""FB_ProgramContinue follows chapter 5, 3.3, step by step.
+
+The test plays the controller.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from sequence_bench import pins, program_stopped, servo_on
 
 
 def test_program_execution_after_stopping_program_with_stop_input() -> None:
-    """Stop input ON, start input ON, running ON, start input OFF.
+    """The stop input, the start input and running turn ON, then the start input turns OFF.
 
     Source: manual chapter 5, 3.3, program execution after stopping program with stop input.
     """

@@ -1,4 +1,7 @@
-"""FB_ProgramReset: chapter 5, 3.2, step by step; the test plays the controller."""
+"""FB_ProgramReset follows chapter 5, 3.2, step by step.
+
+The test plays the controller.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ def _plc() -> PlcBench:
 
 
 def test_program_reset_process() -> None:
-    """Program reset input, program reset status, then the input is taken back.
+    """The program reset input and the reset status turn ON, then the input turns OFF.
 
     Source: manual chapter 5, 3.2, program reset process.
     """

@@ -1,4 +1,7 @@
-"""FB_ProgramStop: chapter 5, 3.3, step by step; the test plays the controller."""
+"""FB_ProgramStop follows chapter 5, 3.3, step by step.
+
+The test plays the controller.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ def _running() -> PlcBench:
 
 
 def test_program_stop_process_using_stop_input() -> None:
-    """Stop input OFF, then running OFF; the stop input stays OFF.
+    """The stop input turns OFF, then running turns OFF. The stop input stays OFF.
 
     Source: manual chapter 5, 3.3, program stop process using stop input.
     """
@@ -44,7 +47,7 @@ def test_it_waits_for_nobodys_turn_and_a_start_on_the_way_ends_by_itself() -> No
 
 
 def test_a_program_that_is_only_just_starting_is_waited_for() -> None:
-    """SO(13) OFF counts once the stop input has stood long enough to be answered: 140 ms."""
+    """SO(13) OFF counts when the stop input has been OFF long enough for an answer: 140 ms."""
     plc = servo_on()
     plc.change("ProgramStop.Execute", to=True, scans=14)
     assert pins(plc, "ProgramStop") == "Busy Active"
@@ -69,7 +72,7 @@ def test_a_program_that_was_seen_running_and_has_stopped_is_the_end_at_once() ->
 
 
 def test_a_stop_that_cannot_be_written_is_not_done() -> None:
-    """The area is illegal for some scans: SI(06) is still ON for the controller."""
+    """The area is illegal for some scans, so SI(06) is still ON in the controller."""
     plc = servo_on()
     plc["ProgramStop.Execute"], plc["WriteArea.Size"] = True, 47
     plc.scan(20)

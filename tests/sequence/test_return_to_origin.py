@@ -1,4 +1,7 @@
-"""FB_ReturnToOrigin: chapter 5, 2, SI(14), SI(17) and SO(11); the test plays the controller."""
+"""FB_ReturnToOrigin follows chapter 5, 2, SI(14), SI(17) and SO(11).
+
+The test plays the controller.
+"""
 
 from __future__ import annotations
 
@@ -51,7 +54,7 @@ def test_a_return_that_waits_for_its_turn_is_made_although_execute_has_fallen() 
 
 
 def test_incremental_axes_unless_said_otherwise() -> None:
-    """A default that every robot takes: SI(17) depends on a parameter of the controller."""
+    """Every robot accepts this default. SI(17) depends on a parameter of the controller."""
     plc = servo_on()
     plc.change("Origin.Execute", to=True)
     assert plc.inputs == ["SI00", "SI06", "SI14"]
@@ -77,7 +80,7 @@ def test_a_completion_from_before_has_to_go_off_first() -> None:
 
 
 def test_a_completion_from_before_that_stays_on_counts_after_confirm() -> None:
-    """The input goes out in scan 1, is seen ON from scan 2 on: 300 ms later is scan 32.
+    """The input is sent in scan 1 and counts as ON from scan 2 on. 300 ms later is scan 32.
 
     Source: assumed; the manual has no chart of SI(14) and SO(11).
     """

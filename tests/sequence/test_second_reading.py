@@ -1,7 +1,7 @@
-"""Every sequence block at random, beside a second reading of its rules and another block.
+"""Every sequence block runs at random with another block, compared with a second reading.
 
-The test is the controller: it answers, late or not at all, and changes its mind. Each scan of the
-block, and what goes out, must be what the rules of tests/support ask for.
+The test is the controller: it answers late or not at all, and changes its outputs by itself. Each
+scan of the block, and the data on the wire, must follow the rules of tests/support.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _PINS = ("Done", "Busy", "Active", "Error", "ErrorID")
 _SCAN_MS, _MARGIN_MS = 20, 20
 _SPACING_MS = 100 + _MARGIN_MS
 
-#: The rival is called after the block under test; in odd runs it is FB_ProgramReset.
+#: The other block is called after the block under test. In odd runs it is FB_ProgramReset.
 _RIVALS = {
     "FB_EmergencyStop": "FB_ServoOnFromEmergencyStop",
     "FB_ServoOnFromEmergencyStop": "FB_EmergencyStop",
@@ -86,7 +86,8 @@ _ANSWERS = (
 #: Higher probabilities do not depend on the phase.
 _RARE = 0.1
 _LIMITS_MS = (0, 160, 300, 600, 1500)
-#: Scans of a phase with equal probabilities of disturbances, answers, and commands of the rival.
+#: Scans of a phase, in which the probabilities of disturbances, answers and other commands are
+#: constant.
 _PHASE_SCANS = 100
 _CALM, _SURE, _RIVAL = (1.0, 0.3, 0.03), (1.0, 1.0, 0.1), (1.0, 1.0, 0.0)
 
@@ -101,7 +102,7 @@ def _compiled(block: str, rival: str) -> Program:
 
 
 class _Beside:
-    """The program, and the rules beside it."""
+    """The program, and the second reading of its rules."""
 
     def __init__(self, block: str, seed: int) -> None:
         self.chance = Random(f"{block} {seed}")
@@ -132,7 +133,7 @@ class _Beside:
             self._calm, self._sure, self._rival = map(self.chance.choice, (_CALM, _SURE, _RIVAL))
 
     def draw(self, scan: int) -> None:
-        """Draw what the user, the cell and the controller do before this scan."""
+        """Draw the actions of user, cell and controller before this scan."""
         self._spell(scan)
         for part, rule in self.rules.items():
             lively = self._rival if part == "Rival" and not rule.execute else 1.0
@@ -163,7 +164,7 @@ class _Beside:
                 self.so = self.so | {name} if on else self.so - {name}
 
     def scan(self, now: int) -> None:
-        """Run one scan of both, the blocks and their rules."""
+        """Run one scan of the blocks and of their second reading."""
         bits = sum(1 << (8 * int(name[2]) + int(name[3])) for name in self.so)
         self.program.write_bytes("Main.InputArea", bytes(32) + bits.to_bytes(2, "little"))
         self.program.scan(now * 1000)
@@ -186,7 +187,7 @@ class _Beside:
         view.turns.pass_on()
 
     def compare(self) -> None:
-        """Compare the outputs of the blocks, and the dedicated inputs as written."""
+        """Compare the outputs of the blocks, and the written dedicated inputs."""
         for part, rule in self.rules.items():
             expected = (rule.done, rule.busy, rule.active, bool(rule.number), rule.number)
             self._same(f"{part} {self.names[part]}", _PINS, self._look[part](), expected)

@@ -1,4 +1,7 @@
-"""FB_SequenceControl: chapter 5, 2, SI(10) and SO(12); the test plays the controller."""
+"""FB_SequenceControl follows chapter 5, 2, SI(10) and SO(12).
+
+The test plays the controller.
+"""
 
 from __future__ import annotations
 
@@ -111,7 +114,7 @@ def test_an_output_that_is_on_before_the_signal_is_no_answer() -> None:
 
 @pytest.fixture
 def block() -> Alone:
-    """Return an enabled block with a controller that is up."""
+    """Return an enabled block with a controller that is powered up."""
     alone = Alone("FB_SequenceControl", {"Robot": "RCX_REF"})
     alone["Robot.Connected"] = alone["Robot.SO.SO01_CpuOk"] = alone["Block.Enable"] = True
     alone["Block.Timeout"] = "T#100ms"

@@ -1,4 +1,7 @@
-"""FB_ServoOn: chapter 5, 3.1, step by step; the test plays the controller."""
+"""FB_ServoOn follows chapter 5, 3.1, step by step.
+
+The test plays the controller.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ def _plc() -> PlcBench:
 
 
 def test_initial_servo_on_process_after_power_on() -> None:
-    """Servo ON input, servo ON status, then the input is taken back.
+    """The servo ON input and the servo ON status turn ON, then the input turns OFF.
 
     Source: manual chapter 5, 3.1, initial servo ON process after power ON.
     """
@@ -20,7 +23,7 @@ def test_initial_servo_on_process_after_power_on() -> None:
     plc.change("ServoOn.Execute", to=True)
     assert plc.inputs == ["SI00", "SI01", "SI06"]
     plc.scan(30)
-    assert plc.inputs == ["SI00", "SI01", "SI06"], "kept until the status is confirmed"
+    assert plc.inputs == ["SI00", "SI01", "SI06"], "SI(01) stays ON until the status is confirmed"
     assert plc["ServoOn.Active"]
     assert plc["Robot.Inner.Sequence.Holder"] == 0x0001
     plc.outputs(SO02=True, scans=1)
@@ -38,7 +41,7 @@ def test_an_answer_within_the_interval_ends_the_block_and_the_input_is_still_kep
 
 
 def test_an_emergency_stop_that_is_just_being_released_is_waited_for() -> None:
-    """SI(00) goes ON only after the interval, and the controller answers even later.
+    """SI(00) turns ON only after the interval, and the controller answers even later.
 
     Source: manual chapter 5, 3.1, servo ON process from emergency stop status.
     """

@@ -1,4 +1,7 @@
-"""FB_ServoOnFromEmergencyStop: chapter 5, 3.1, step by step; the test plays the controller."""
+"""FB_ServoOnFromEmergencyStop follows chapter 5, 3.1, step by step.
+
+The test plays the controller.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from sequence_bench import in_emergency_stop, pins
 
 
 def _restarted() -> PlcBench:
-    """Return a bench whose SI(00) has just gone ON again."""
+    """Return a bench in which SI(00) has just turned ON again."""
     plc = in_emergency_stop()
     plc["Restart.Timeout"] = "T#300ms"
     plc.change("Restart.Execute", to=True)
@@ -31,7 +34,9 @@ def test_servo_on_process_from_emergency_stop_status() -> None:
     assert pins(plc, "Restart") == "Busy Active"
     assert plc["Restart.Stage"] == "POWER_UP_ALARM_RESET"
     plc.scan(30)
-    assert plc.inputs == ["SI00", "SI06", "SI16"], "kept until SO(03) is OFF, and no servo ON yet"
+    assert plc.inputs == ["SI00", "SI06", "SI16"], (
+        "SI(16) stays ON until SO(03) is OFF, and SI(01) stays OFF"
+    )
 
     plc.outputs(SO03=False, scans=1)
     assert plc.inputs == ["SI00", "SI06"]
@@ -96,7 +101,7 @@ def test_refused_while_the_application_keeps_the_emergency_stop_input_off() -> N
 
 @pytest.mark.parametrize("stop", ["EarlyStop", "EmergencyStop"])
 def test_refused_while_an_emergency_stop_block_is_executed(stop: str) -> None:
-    """Whichever of the two blocks is called first."""
+    """Either of the two blocks may be called first."""
     plc = in_emergency_stop()
     plc.change(f"{stop}.Execute", to=True, scans=5)
     plc.change("Restart.Execute", to=True, scans=4)
@@ -128,7 +133,7 @@ def test_refused_without_a_link_and_the_hold_stays() -> None:
 def test_what_stays_as_it_is_ends_it_at_the_time_limit(
     outputs: dict[str, bool], error: int, stage: str
 ) -> None:
-    """All emergency stop states must be cancelled; an alarm may require a power restart.
+    """All emergency stop states must be cancelled. An alarm may need a power restart.
 
     Source: manual chapter 5, 2, SI(01) and SI(16); 3.1, servo ON from emergency stop, step 7.
     """
@@ -138,7 +143,7 @@ def test_what_stays_as_it_is_ends_it_at_the_time_limit(
     assert taken >= 30
     assert (plc["Restart.ErrorID"], plc["Restart.Stage"]) == (error, f"POWER_UP_{stage}")
     plc.scan(30)
-    assert plc.inputs == ["SI00", "SI06"], "its own emergency stop is released"
+    assert plc.inputs == ["SI00", "SI06"], "the block's own emergency stop is released"
 
 
 def test_missing_main_power_ends_it_at_the_time_limit() -> None:
@@ -149,13 +154,13 @@ def test_missing_main_power_ends_it_at_the_time_limit() -> None:
     assert plc["Restart.ErrorID"] == 0x8005
     assert plc["Restart.Stage"] == "POWER_UP_MP_READY"
     plc.outputs(SO04=True, scans=30)
-    assert plc.inputs == ["SI00", "SI06"], "what comes too late starts nothing"
-    assert plc["Restart.Stage"] == "POWER_UP_MP_READY", "it says where it failed"
+    assert plc.inputs == ["SI00", "SI06"], "a late signal starts nothing"
+    assert plc["Restart.Stage"] == "POWER_UP_MP_READY", "Stage shows where the block failed"
     assert pins(plc, "Restart") == "Error"
 
 
 def _play(plc: PlcBench, stage: str) -> None:
-    """Let the process come to a stage, and its input onto the wire."""
+    """Run the process until it has reached a stage and its input is on the wire."""
     for last, outputs in (
         ("EMERGENCY_RELEASE", {"SO00": False}),
         ("ALARM_RESET", {"SO03": False, "SO04": False}),
@@ -290,7 +295,7 @@ def test_what_forbids_servo_on_ends_the_wait_for_mp_ready(
 def test_an_emergency_stop_of_one_scan_in_the_scan_of_the_release_wins(
     stop: str, since_change: int
 ) -> None:
-    """The interval may keep SI(00) from going ON at once.
+    """The interval may prevent SI(00) from turning ON at once.
 
     Source: manual chapter 5, 2, SI(00).
     """

@@ -1,4 +1,7 @@
-"""FB_Status: chapter 5, 2, the dedicated outputs; the test plays the controller."""
+"""FB_Status shows the dedicated outputs of chapter 5, 2.
+
+The test plays the controller.
+"""
 
 from __future__ import annotations
 
@@ -78,7 +81,7 @@ def test_a_lost_link_is_no_change_of_the_outputs_and_what_happened_meanwhile_is_
     assert _level(plc) == "Error"
     assert plc["Condition.ErrorID"] == 0x8001
     assert _edges(plc) == []
-    assert plc["Condition.SO.SO13_ProgramRunning"], "what it showed last"
+    assert plc["Condition.SO.SO13_ProgramRunning"], "the last values stay"
     plc.outputs(SO00=True, SO02=False, SO03=True, SO13=False, scans=5)
     assert _edges(plc) == []
     plc.change("Connected", to=True)

@@ -1,4 +1,4 @@
-"""Turns on a channel: who still lives is served in order, whatever others did before."""
+"""Blocks that are still called get their turns on a channel in order, whatever others did."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import pytest
 
 from plc_bench import PlcBench
 
-#: Calls before the end, in scans of 10 ms: data, code, end status read.
+#: Number of scans of 10 ms before the end is read: data, code, end status.
 _SENT = 3
 
 
@@ -41,7 +41,7 @@ _KINDS = (
 
 @pytest.fixture
 def polling() -> PlcBench:
-    """Return a bench with six blocks that read repeatedly while Retry is TRUE, and a movement."""
+    """Return a bench with a movement, and six blocks that read repeatedly while Retry is TRUE."""
     pairs = list(zip(_POLLING, _KINDS, strict=True))
     return _bench(
         "    Go : FB_MovePtp;\n" + "".join(f"    {name} : FB_{kind};\n" for name, kind in pairs),
@@ -84,7 +84,10 @@ def test_without_a_link_no_ticket_stays_behind(polling: PlcBench) -> None:
 
 @pytest.fixture
 def refusing() -> PlcBench:
-    """Return a bench with four blocks that retry an illegal input every scan, and a valid one."""
+    """Return a bench with four blocks that retry an illegal input in every scan.
+
+    A fifth block has a legal input.
+    """
     return _bench(
         "".join(f"    Bad{k} : FB_MovePtp;\n" for k in (1, 2, 3, 4)) + "    Best : FB_ReadDate;\n",
         "".join(
@@ -129,7 +132,7 @@ def test_a_good_command_beside_refused_ones_takes_no_scan_longer(refusing: PlcBe
 
 @pytest.fixture
 def queue() -> PlcBench:
-    """Return a bench with a command longer than its block, four that time out, one unlimited."""
+    """Return a bench with a queue of a long command, four blocks with time-outs and one without."""
     return _bench(
         "".join(
             f"    {name} : FB_RemoteCommand;\n"
@@ -150,7 +153,7 @@ def queue() -> PlcBench:
 def test_those_that_gave_up_in_the_queue_do_not_delay_the_one_behind_them(
     queue: PlcBench, scans: int, before: int
 ) -> None:
-    """The case includes a full queue, in which no more tickets can be taken.
+    """Blocks that have left the queue, even a full one, do not delay the block behind them.
 
     Source: design of the library, 2: a turn goes to the next job that is still there, at once.
     """
@@ -193,7 +196,10 @@ def test_whoever_waits_longest_is_next_also_among_those_who_give_up(
 
 @pytest.fixture
 def sequences() -> PlcBench:
-    """Return a bench with four program resets, retried in every scan, and an alarm reset."""
+    """Return a bench with four program resets and an alarm reset.
+
+    The program resets are retried in every scan.
+    """
     return _bench(
         "".join(f"    Reset{k} : FB_ProgramReset;\n" for k in (1, 2, 3, 4))
         + "    Alarm : FB_AlarmReset;\n",
@@ -224,7 +230,9 @@ def test_the_channel_of_the_dedicated_inputs_is_free_at_once_too(
 def test_a_block_that_is_called_again_in_the_same_scan_ends_with_its_own_error(
     block: str,
 ) -> None:
-    """Its time limit would count twice; a command that is out is held to its end.
+    """A second call in a scan ends the block, because its time limit would count twice.
+
+    A command that was sent is held to its end.
 
     Source: docs/explanation/scan-model.md: once in every scan.
     """
@@ -242,7 +250,7 @@ def test_a_block_that_is_called_again_in_the_same_scan_ends_with_its_own_error(
     plc.change("Twice", to=True)
     assert plc[f"{block}.ErrorID"] == 0x8016
     plc.scan(50)
-    assert plc.words[0] == code, "held to its end"
+    assert plc.words[0] == code, "the command is held to its end"
     plc["Good"] = plc["Twice"] = False
     plc.answer(0x0200, scans=1)
     plc.answer(0x0000, scans=2)
@@ -288,9 +296,9 @@ END_PROGRAM
 def test_an_instance_that_serves_two_robots_never_moves_the_wrong_one(
     m: int, place: str, ahead: int
 ) -> None:
-    """An instance is started on one robot and called with the other.
+    """An instance is started on one robot and called with the other robot.
 
-    There its turn may belong to another block. With m = 0 both robots read the same answers, so
+    There its turn may belong to another block. With m = 0 both robots read the same answers, and
     even their scans have the same numbers.
     """
     plc = PlcBench(program=_TWO_ROBOTS.format(m=m), size=96, contract=False)
@@ -313,7 +321,9 @@ def test_an_instance_that_serves_two_robots_never_moves_the_wrong_one(
 
 
 def test_data_that_change_in_the_scan_of_the_code_go_out_first() -> None:
-    """Two blocks that both believe in the turn: code and data are held for a scan unchanged.
+    """Two blocks both assume that they have the turn.
+
+    Code and data are held for a scan unchanged.
 
     Source: guide, chapter 2, steps 1 and 2: data, then the code.
     """

@@ -1,4 +1,4 @@
-"""The last seconds as lanes, and their chart."""
+"""The last seconds of a controller are shown as lanes in a chart."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def _paths(root: ElementTree.Element) -> list[str]:
 def test_a_bit_rises_and_falls_where_its_time_lies_on_the_axis() -> None:
     lane = Lane("SI(00) Emergency stop input", "input", [(4_500_000, 1), (4_750_000, 0)])
     (path,) = _paths(_chart([lane], 5_000_000, 1))
-    # One second is 900 long and begins at 352; OFF is drawn at 46, ON at 33.
+    # A second is 900 wide and begins at 352. OFF is drawn at 46, and ON at 33.
     assert path == "M352 46H802V33H1027V46H1252"
 
 

@@ -1,4 +1,4 @@
-"""The parent's side of a served controller whose process ends or prints invalid output."""
+"""A served controller's process may end or print invalid output, which its parent reports."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.skipif(
 
 #: Longest wait for the end of the process [s].
 _PATIENCE_S = 60
-#: Child process whose first step raises an exception.
+#: Child process that raises an exception in its first step.
 _FAILS_AT_START = """
 import sys
 from rcx_harness.serve import station_process
@@ -65,7 +65,7 @@ Use = Callable[[str, str], None]
 
 @pytest.fixture
 def use(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Use:
-    """Make the controller's process another program."""
+    """Replace the controller's process by another program."""
 
     def write(name: str, program: str) -> None:
         (tmp_path / f"{name}.py").write_text(program)
@@ -103,7 +103,7 @@ def test_a_killed_controller_takes_no_event() -> None:
     async def kill_and_ask() -> None:
         host = _host()
         await host.start()
-        assert host.status != Status(), "it has told how it is"
+        assert host.status != Status(), "the process has sent its status"
         try:
             await host.ask({"event": "link_down", "args": {}})
             os.kill(host.pid, signal.SIGKILL)
@@ -125,14 +125,14 @@ def test_a_mistake_in_the_controller_ends_it_and_is_named(
     assert asyncio.run(_ended(_host())) == (
         "the controller has ended by itself (RuntimeError: a mistake)"
     )
-    assert "Traceback" in capfd.readouterr().err  # for who mends it
+    assert "Traceback" in capfd.readouterr().err  # for the person who repairs it
 
 
 @pytest.mark.parametrize("name", ["mumbling", "listing", "mumbling_later", "listing_later"])
 def test_a_process_with_unreadable_output_counts_as_ended(use: Use, name: str) -> None:
     use(name, _GARBAGE)
     failure = asyncio.run(_ended(_host()))
-    assert failure.startswith("its process says what nobody understands (")
+    assert failure.startswith("its process has sent an invalid report (")
 
 
 def test_a_process_that_does_not_end_is_killed_and_named(

@@ -1,4 +1,4 @@
-"""The plain lines of `rcx serve`: each event once, with its own time."""
+"""`rcx serve` prints each event once in a plain line with its own time."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def _texts(lines: Lines) -> list[str]:
 
 
 def watched(served: ServedHost | None = None, after_ms: int = 0) -> tuple[ServedHost, Lines]:
-    """Return a controller (a new one after some time) and its lines; the first ones were read."""
+    """Return a controller and its lines. The first lines have been read already."""
     if served is None:
         served = ServedHost()
         if after_ms:
@@ -40,7 +40,7 @@ def watched(served: ServedHost | None = None, after_ms: int = 0) -> tuple[Served
 
 
 def test_each_change_is_shown_once_with_its_own_time(served: ServedHost) -> None:
-    """The time of reading does not matter.
+    """The time of reading has no effect.
 
     The controller sees a packet in its next cycle of 5 ms.
     """
@@ -90,7 +90,7 @@ def test_changes_within_one_cycle_of_the_controller_have_their_own_times() -> No
 
 
 def test_the_clock_of_the_adapter_is_turned_into_the_controllers_time() -> None:
-    """Events before its first cycle get time 0; events after this cycle get this cycle's time."""
+    """Events before the first cycle get time 0. Later events get the time of the present cycle."""
     served = ServedHost()
     served.station.begin_us = 7_000_000
     _, lines = watched(served)
@@ -102,7 +102,7 @@ def test_the_clock_of_the_adapter_is_turned_into_the_controllers_time() -> None:
 
 
 def test_a_reader_has_its_own_lines_and_repeats_none_of_the_master(served: ServedHost) -> None:
-    """A time-out of the master is one line, however many readers come and go afterwards."""
+    """A time-out of the master is a single line, however many readers come and go afterwards."""
     served.network.become(OwnerState.TIMED_OUT)
     served.run(5)
     lines = Lines([served])
@@ -127,7 +127,7 @@ def test_a_reader_has_its_own_lines_and_repeats_none_of_the_master(served: Serve
     ("state", "how"),
     [
         ("timed out", "its connection has timed out"),
-        ("no owner", "the last connection that it listened to has gone"),
+        ("no owner", "the last connection to which it listened has ended"),
     ],
 )
 def test_the_end_of_a_reader_says_why(state: str, how: str) -> None:
@@ -151,7 +151,7 @@ def test_three_commands_between_two_looks_have_three_times(served: ServedHost) -
 
 
 def test_a_refused_connection_is_shown_once_and_then_counted() -> None:
-    """A refused master asks again every second; a different master is reported at once."""
+    """A refused master asks again every second. A different master is reported at once."""
     served, lines = watched()
     said = []
     for second in range(12):
@@ -204,19 +204,19 @@ def test_power_and_cable_are_shown(served: ServedHost) -> None:
 
 
 def test_too_many_changes_are_counted() -> None:
-    """127 of them fit between two cycles of the controller; 73 are lost."""
+    """Only 127 changes fit between two cycles of the controller, so 73 are lost."""
     served, lines = watched()
     for _ in range(100):
         served.network.become(OwnerState.RUN)
         served.network.become(OwnerState.IDLE)
     served.run(5)
     texts = _texts(lines)
-    assert "73 changes of connections are not shown: they came too fast" in texts
+    assert "73 changes of connections are not shown: there were too many at once" in texts
     assert len(texts) < 40
 
 
 def test_an_event_is_as_long_as_its_slot_at_most() -> None:
-    """The longest address, state and intervals of a connection."""
+    """The event has the longest address, state and intervals of a connection."""
     served = ServedHost()
     longest = ConnectionEvent(
         2**63 - 1, ConnectionKind.EXCLUSIVE_OWNER, "timed out", "255.255.255.255", 2**32, 2**32, 99
@@ -229,7 +229,7 @@ def test_plain_lines_tell_commands_at_their_end_and_broken_rules(served: ServedH
     _, lines = watched(served)
     served.network.send(image(0x41, 0x0505))
     served.run(5)
-    assert lines.new() == [], "it still runs"
+    assert lines.new() == [], "the controller still runs"
     served.run(50)
     served.network.send(image(0x41, 0x0FFF))
     served.run(10)

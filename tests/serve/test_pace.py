@@ -1,4 +1,4 @@
-"""Cycles on a grid of real time."""
+"""Controller cycles run on a grid of real time."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def test_missed_cycles_are_left_out_and_counted_not_made_up_for() -> None:
     pace.take(0)
     assert pace.take(23_400) == 20_000, "time stays a whole number of cycles"
     assert (pace.cycles, pace.skipped) == (2, 3)
-    assert pace.wait_us(23_400) == 1600, "no burst"
+    assert pace.wait_us(23_400) == 1600, "cycles come in a burst"
 
 
 def test_a_long_run_has_no_drift() -> None:

@@ -1,4 +1,4 @@
-"""The web page in a real browser, with a real scanner: buttons work, and the page shows it."""
+"""The web page in a real browser, with a real scanner: its buttons work and show their state."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rcx_harness.serve.web import FILES
 from rcx_harness.trace import Cycle, read_trace
 from serve_process import ServeProcess, own_addresses
 
-#: A browser takes seconds; the page of the panel is the sample of the quick tier.
+#: A browser takes seconds. The quick tier runs only the page of the panel.
 pytestmark = [NEEDS_BROWSER, pytest.mark.exhaustive]
 pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
 
@@ -27,7 +27,7 @@ from selenium.webdriver.remote.webelement import WebElement  # noqa: E402
 from selenium.webdriver.support.ui import WebDriverWait  # noqa: E402
 
 _LIMIT_S = 300.0
-_MULTIPLIER = 5  # 128 packet intervals: a busy machine must not lose the link
+_MULTIPLIER = 5  # 128 packet intervals, because a busy machine must not lose the link
 _STOPS_RELEASED = bytes(32) + b"\x41" + bytes(15)
 #: The robot file of the first controller.
 _PROGRAM = """
@@ -45,7 +45,7 @@ GOTO *AGAIN
 
 
 class Page:
-    """The page of `rcx serve`, as its user sees it."""
+    """The page of `rcx serve` as a user sees it."""
 
     def __init__(self, browser: WebDriver) -> None:
         self.browser = browser
@@ -154,7 +154,7 @@ def test_the_emergency_stop_button_stops_and_is_seen_everywhere(
     page.until(lambda: page.lamp("SO(00)") == "●", "SO(00) is not shown")
     page.until(lambda: page.pressed("#stop"), "the button does not show that it is pressed")
     page.until(lambda: "12.600" in page.text("#alarms"), "the alarm is not shown")
-    # A rise: a vertical line from OFF to ON within the wave.
+    # A rise is a vertical line from OFF to ON within the wave.
     page.until(lambda: _rises(page.wave("SO(00)")), "the chart does not show the rise of SO(00)")
     page.until(lambda: scanner.read().image[32] & 1, "the master does not see SO(00)")
 
@@ -208,7 +208,7 @@ def test_mode_authority_alarm_and_power_have_their_buttons(page: Page, scanner: 
 def test_warning_main_power_safety_and_the_stop_of_the_parallel_io_have_their_buttons(
     page: Page, scanner: Scanner
 ) -> None:
-    """SO(15) is the warning, SO(04) MP RDY goes with the main power (manual chapter 5, 2)."""
+    """SO(15) is the warning. SO(04) MP RDY depends on the main power (manual chapter 5, 2)."""
     page.press('[data-event="warning"]')
     page.until(lambda: page.lamp("SO(15)") == "●", "SO(15) does not come ON")
     page.press('[data-event="warning_clear"]')
@@ -247,7 +247,7 @@ def test_actions_are_recorded_and_become_a_stimulus(
     page: Page, scanner: Scanner, tmp_path: Path
 ) -> None:
     def got(selector: str) -> str:
-        """Return the content behind a link."""
+        """Return the content of a link's target."""
         script = """
           const [selector, done] = arguments;
           fetch(document.querySelector(selector).href).then((one) => one.text()).then(done);
@@ -275,7 +275,7 @@ def test_actions_are_recorded_and_become_a_stimulus(
 
 
 def test_the_robot_is_drawn_and_its_axes_are_shown_in_pulses_and_mm(page: Page) -> None:
-    """The tool is at 150 mm in X; an SXYX has 819.2 pulses per mm."""
+    """The tool is at 150 mm in X. An SXYX has 819.2 pulses per mm."""
     page.press("nav button:nth-child(2)")
     drawn = "return document.querySelector('#robots .rv')?.ariaLabel"
     expected = "Robot 1, SXYX: X 150, Y 0, Z 0"
@@ -289,10 +289,10 @@ def test_the_robot_is_drawn_and_its_axes_are_shown_in_pulses_and_mm(page: Page) 
 
 
 def test_the_listing_shows_the_line_that_is_executed_now(page: Page, scanner: Scanner) -> None:
-    """SI(12) starts the program; it waits in line 2 for SI(20), then in line 4 for its end.
+    """SI(12) starts the program, which waits in line 2 for SI(20), then in line 4 for its end.
 
-    The link that an earlier test has closed left alarm 12.600, with which no program starts. The
-    main power is cycled first.
+    The link that an earlier test has closed left alarm 12.600, with which no program starts.
+    Therefore the main power is cycled first.
     """
     marked = "return document.querySelector('#programs [data-state]')?.textContent ?? ''"
 
@@ -310,7 +310,10 @@ def test_the_listing_shows_the_line_that_is_executed_now(page: Page, scanner: Sc
     polls = count()
 
     def started() -> bool:
-        """Return whether it runs; SI(12) changes every 0.5 s, because 100 ms are needed."""
+        """Return whether the program runs.
+
+        SI(12) changes every 0.5 s, because 100 ms are needed.
+        """
         on = b"\x04" if next(polls) // 10 % 2 == 0 else b"\x00"
         scanner.write(bytes(32) + b"\x41" + on + bytes(14))
         return bool(page.browser.execute_script(marked) == "2WAIT SI(20)=1")
@@ -387,7 +390,7 @@ def test_the_chart_can_be_paused_and_shows_the_seconds_that_are_chosen(page: Pag
     before = axis()["start"]
     page.until(lambda: axis()["start"] != before, "the chart stands still")
     page.press("#pause")
-    # A picture that was requested earlier may still come; after it, none does.
+    # A picture that was requested earlier may still arrive. After it, none does.
     page.press('[data-seconds="5"]')
     page.until(lambda: axis()["span"] == "5000000", "another window is not drawn while paused")
     stood = axis()["start"]

@@ -1,4 +1,4 @@
-"""A recording that is started and stopped during a run: its content and its readers."""
+"""A recording that is started and stopped during a run has the right content for its readers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _RELEASED = bytes(32) + b"\x41" + bytes(15)
 
 @pytest.fixture
 def served() -> ServedHost:
-    """Return a YK400XEC with a master, 200 ms after its start; both arms are stretched."""
+    """Return a YK400XEC with a master, 200 ms after its start. Both arms are stretched."""
     host = ServedHost(RobotConfig(robot=("YK400XEC",)))
     host.network.send(bytes(48))
     host.run(200)
@@ -36,9 +36,9 @@ def record(host: ServedHost, file: Path | None) -> None:
 def test_it_has_the_cycles_that_differ_and_its_time_begins_at_0(
     served: ServedHost, tmp_path: Path
 ) -> None:
-    """SI(00) ON 50 ms after the beginning, a move 50 ms later; nothing else changes until 500 ms.
+    """SI(00) turns ON 50 ms after the start, and a move begins 50 ms later.
 
-    Stretched arms of 225 and 175 mm: Y is 400 mm.
+    Nothing else changes until 500 ms. With stretched arms of 225 and 175 mm, Y is 400 mm.
     """
     file = tmp_path / "r.jsonl"
     record(served, file)
@@ -68,7 +68,7 @@ def test_it_has_the_cycles_that_differ_and_its_time_begins_at_0(
 def test_a_broken_rule_is_in_it_once_and_judge_and_view_read_it(
     served: ServedHost, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """SI(00) and SI(06) change in one exchange: a rule for both sides is broken (chapter 5, 3)."""
+    """SI(00) and SI(06) change in one exchange, which breaks two rules (chapter 5, 3)."""
     file = tmp_path / "r.jsonl"
     record(served, file)
     served.run(100)
@@ -115,7 +115,7 @@ def test_the_page_starts_stops_and_gives_it(served: ServedHost) -> None:
         with pytest.raises(InputError, match="nothing has been recorded; start a recording first"):
             served.recording()
         await served.record(on=True)
-        with pytest.raises(InputError, match="the recording is still going on; stop it first"):
+        with pytest.raises(InputError, match="the recording is not finished; stop it first"):
             served.recording()
         await served.record(on=False)
         file = served.recording()

@@ -1,4 +1,4 @@
-"""Robot programs of a served controller: listings, lines, traces; the same as in a cell."""
+"""Robot programs of a served controller have the same listings, lines and traces as in a cell."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def _inputs(bits: int, *, request: bool = False, start: bool = False) -> bytes:
 
 
 def _started(config: RobotConfig = _CONFIG, trace: Trace | None = None) -> ServedHost:
-    """Return a controller whose program was started by SI(12) 300 ms after power-on."""
+    """Return a controller 300 ms after power-on, when SI(12) has started its program."""
     host = ServedHost(config, trace=trace)
     for bits in (0x01, 0x41):
         host.network.send(_inputs(bits))
@@ -79,7 +79,7 @@ def test_the_page_can_ask_for_both() -> None:
 
 
 def test_a_recording_has_the_listings_and_each_change_of_a_line(tmp_path: Path) -> None:
-    """SI(20) is ON for 50 ms; the outputs change in the same cycles."""
+    """SI(20) is ON for 50 ms. The outputs change in the same cycles."""
     host, file = _started(), tmp_path / "r.jsonl"
     host.station.obey({"record": str(file)})
     for request in (True, False):
@@ -93,7 +93,10 @@ def test_a_recording_has_the_listings_and_each_change_of_a_line(tmp_path: Path) 
 
 
 def _in_turn(trace: Trace | None = None) -> ServedHost:
-    """Return a controller whose program has two delays of 40 ms in turn; no area changes."""
+    """Return a controller with a program of two alternating delays of 40 ms.
+
+    No area changes.
+    """
     text = "*AGAIN:\nDELAY 40\nDELAY 40\nGOTO *AGAIN"
     config = RobotConfig(programs=(RobotProgram(name="ECHO", text=text),), booted=True)
     return _started(config, trace)
@@ -114,7 +117,7 @@ def test_a_trace_has_the_cycles_in_which_only_a_line_changes(tmp_path: Path) -> 
 
 
 def test_a_recording_has_the_cycles_in_which_only_a_line_changes(tmp_path: Path) -> None:
-    """200 ms have five changes of the line after the first cycle, or four."""
+    """In 200 ms the line changes four or five times after the first cycle."""
     host, file = _in_turn(), tmp_path / "r.jsonl"
     host.station.obey({"record": str(file)})
     host.run(200)
@@ -127,7 +130,7 @@ def test_a_recording_has_the_cycles_in_which_only_a_line_changes(tmp_path: Path)
 
 
 def test_rcx_view_shows_the_tasks_of_a_served_controller(tmp_path: Path) -> None:
-    """The trace is judged on the way, and keeps its tasks."""
+    """The trace is judged before it is viewed, and keeps its tasks."""
     file = tmp_path / "t.jsonl"
     host = _started(trace=Trace(_HEAD, file, keep=0, programs=[[_LISTING]]))
     host.station.finish()
@@ -138,7 +141,7 @@ def test_rcx_view_shows_the_tasks_of_a_served_controller(tmp_path: Path) -> None
 
 @pytest.fixture(scope="module")
 def direct() -> list[Cycle]:
-    """The cycles of Supervisor.st and PLACE.PGM in a cell: 3 s with the direct link."""
+    """Return the cycles of Supervisor.st and PLACE.PGM in a cell: 3 s with the direct link."""
     with Cell.build(
         _FOLDER / "Supervisor.st", engine="builtin", robot=_FOLDER / "robot.toml"
     ) as cell:
@@ -153,7 +156,7 @@ def direct() -> list[Cycle]:
 def test_with_the_same_inputs_a_served_controller_does_the_same_as_in_a_cell(
     direct: list[Cycle], tmp_path: Path
 ) -> None:
-    """The same outputs and lines in the same cycles, once time is virtual for both."""
+    """In virtual time, both have the same outputs and lines in the same cycles."""
     file = tmp_path / "t.jsonl"
     config = RobotConfig.load(_FOLDER / "robot.toml")
     host = ServedHost(config, trace=Trace(_HEAD, file, keep=0))

@@ -1,4 +1,4 @@
-"""`rcx serve` as a whole: real processes and sockets, on loopback addresses of its own."""
+"""`rcx serve` as a whole: real processes and sockets, on loopback addresses for each test."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ pytestmark = pytest.mark.skipif(
     reason="it needs /proc and loopback addresses besides 127.0.0.1, as Linux has them",
 )
 
-_MULTIPLIER = 5  # 128 packet intervals: a busy machine must not lose the link
+_MULTIPLIER = 5  # 128 packet intervals, because a busy machine must not lose the link
 _IDENTITY = (1, 1)
 #: Longest wait for the end of the process [s].
 _PATIENCE_S = 60
@@ -48,7 +48,7 @@ def test_two_controllers_are_devices_of_their_own_and_end_with_ctrl_c() -> None:
                 assert client.get_attribute(*_IDENTITY, 6) == number.to_bytes(4, "little")
                 client.get_assembly(100)
         processes = served.processes()
-        assert len(processes) >= 7  # serve; for each controller itself, adapter and cyclic part
+        assert len(processes) >= 7  # serve; for each controller itself, adapter, cyclic part
         with watching(processes):
             served.interrupt()
             assert served.end() == (0, "")
@@ -64,7 +64,7 @@ def test_a_master_connects_is_served_and_leaves() -> None:
             assert "every 10 ms" in served.wait_for("connected: 127.")
             served.wait_for("Module Status green, Network Status green")
             served.wait_for("no longer: alarm 12.551")
-            # 0x0505 asks for the positions: a remote command, there and back.
+            # Command 0x0505 requests the positions and gets an answer.
             scanner.write(b"\x05\x05" + bytes(30) + b"\x41" + bytes(15))
             assert served.wait_for("command: ReadPositionPulses").endswith("normal end")
             assert scanner.read().image[:2] == b"\x00\x02"
@@ -87,7 +87,7 @@ def test_a_port_that_is_taken_is_one_clear_message_and_nothing_stays() -> None:
         assert len(said.splitlines()) == 1
         assert said.startswith(f"rcx: the EtherNet/IP adapter cannot listen on {second}:44818: ")
         with socket.create_server((first, 44818)):
-            pass  # the other controller has gone, too
+            pass  # the other controller has ended, too
 
 
 @pytest.mark.exhaustive
@@ -144,8 +144,9 @@ def test_a_trace_that_cannot_be_written_ends_it_with_a_reason() -> None:
     assert said == f"rcx: controller {address} is gone: {text}\n"
 
 
+@pytest.mark.exhaustive
 def test_a_disk_that_fills_up_later_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    """`rcx serve > log` ends with one line about the OSError, and with exit code 2."""
+    """`rcx serve > log` ends with one line about the OSError and with exit code 2."""
 
     def full(lines: Lines) -> list[str]:
         raise OSError(errno.ENOSPC, "No space left on device")
@@ -174,7 +175,7 @@ def test_where_others_can_reach_it_a_warning_says_so_and_on_the_loopback_none() 
     assert [
         line.partition(" can be reached from the network: ")[0] for line in warnings(settings)
     ] == ["warning: 192.168.0.21", "warning: 0.0.0.0"]
-    # Below the ports that others are given: all addresses of the machine must be free.
+    # Below the ports that the system assigns. All addresses of the machine must be free.
     port = 20_000 + 2 * (os.getpid() % 5_000)
     ports = ["--port", str(port), "--io-port", str(port + 1)]
     with ServeProcess("--address", "0.0.0.0", *ports, "--quiet") as served:
@@ -189,7 +190,7 @@ def test_where_others_can_reach_it_a_warning_says_so_and_on_the_loopback_none() 
 def test_the_warning_comes_even_if_ctrl_c_follows_at_once(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Others could reach it from its first open port on."""
+    """Other machines could reach the controller from its first open port on."""
 
     async def starting(host: Host) -> None:
         signal.raise_signal(signal.SIGINT)
@@ -265,7 +266,10 @@ def test_a_part_that_dies_ends_it_with_1_and_is_named(part: str, said: str, quie
             "--port and --io-port are both 2222; "
             "use different ports for explicit and cyclic messages",
         ),
-        (["--web", "44818"], "--web and --port are both 44818 of 127.0.0.1; give the page another"),
+        (
+            ["--web", "44818"],
+            "--web and --port are both 44818 of 127.0.0.1; give the page another port",
+        ),
         (
             ["--robot", "a.toml", "--robot", "b.toml"],
             "2 robot files are given for 1 addresses; "

@@ -1,4 +1,4 @@
-"""A served controller on its network: chapter 1.5 as the cyclic connection drives it."""
+"""A served controller on its network behaves as in chapter 1, 5 of the manual."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def on(served: ServedHost, name: str) -> bool:
 
 
 def link_of(served: ServedHost) -> LinkState:
-    """Return the link state that the adapter's processes receive."""
+    """Return the link state that the adapter's processes report."""
     return served.network.link
 
 
@@ -45,7 +45,7 @@ def served() -> ServedHost:
 def test_the_data_is_read_after_the_state_that_it_belongs_to(
     served: ServedHost, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A first packet that arrives between the two readings is not taken for zeros in RUN."""
+    """If the first packet arrives between the readings, zeros must not be taken as RUN data."""
     served.run(150)
     network, status = served.network, served.network.status
 
@@ -131,7 +131,7 @@ def test_a_cut_cable_cuts_the_adapter_off_and_the_controller_learns_it_by_the_ti
     status = running.run(5)
     assert link_of(running) is LinkState.CUT
     assert status.link_cut
-    assert status.network_led == "green", "nobody has noticed yet"
+    assert status.network_led == "green", "neither side has noticed the loss yet"
     running.network.become(OwnerState.TIMED_OUT)
     assert running.run(5).network_led == "red, flashing"
     running.station.happen("link_up")
@@ -146,7 +146,7 @@ def test_without_power_the_adapter_is_off_until_the_controller_has_booted(
     running.run(5)
     assert link_of(running) is LinkState.OFF
     assert running.status.module_led == "green and red, flashing"
-    assert running.status.si == "", "what stands in the memory is nothing that arrives"
+    assert running.status.si == "", "old data in the memory do not count as received"
     running.run(250)
     assert link_of(running) is LinkState.UP
 
@@ -192,7 +192,7 @@ def test_a_command_that_the_master_takes_back_is_given_up(running: ServedHost) -
     running.run(100)
     assert running.status.commands[-1].result == ""
     running.network.send(image(_SI00 | _SI06))
-    assert running.run(50).commands[-1].result.startswith("given up by the master")
+    assert running.run(50).commands[-1].result.startswith("dropped by the master")
 
 
 def test_only_the_latest_commands_and_broken_rules_are_stored(running: ServedHost) -> None:
@@ -218,7 +218,7 @@ def test_a_broken_rule_after_skipped_cycles_says_that_this_computer_was_late(
     status = running.run(5)
     assert status.skipped == 4
     assert status.violations[-1].text.endswith(
-        "(this computer was late just before: perhaps not the master's fault)"
+        "(this computer was late just before; that may be the cause)"
     )
     running.run(300)
     running.network.send(image(_SI00 | _SI06))
@@ -230,7 +230,7 @@ def test_a_broken_rule_after_skipped_cycles_says_that_this_computer_was_late(
 def test_changes_of_the_chart_are_reported_once_with_their_time(running: ServedHost) -> None:
     start = running.run(150).t_us
     running.network.send(image(_SI00 | _SI06, 0, 0, 5))
-    (change,) = running.run(20).changes  # SI(01) OFF; the chart does not show word 2
+    (change,) = running.run(20).changes  # SI(01) turns OFF; the chart does not show word 2
     assert (change.t_us - start, change.connected, change.si) == (5000, True, "00004100")
     assert running.run(20).changes == ()
     running.network.become(OwnerState.CLOSED)
@@ -248,7 +248,9 @@ def test_further_connections_are_counted(running: ServedHost) -> None:
 def test_the_trace_has_each_cycle_with_other_areas_the_last_one_and_broken_rules(
     tmp_path: Path,
 ) -> None:
-    """Cycles are every 5 ms; SI(06) and SI(01) 50 ms apart break the rule of 100 ms.
+    """Cycles are every 5 ms.
+
+    SI(06) and SI(01) change 50 ms apart, which breaks the rule of 100 ms.
 
     Source: manual chapter 5, 3, caution; chapter 5, 4.
     """

@@ -1,4 +1,4 @@
-"""The 5 ms loop of a served controller, on a clock of the test's own."""
+"""The 5 ms loop of a served controller runs on a simulated clock."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _PATIENCE_S = 60
 
 
 class Time:
-    """A clock that moves only while it is slept; ends the channel after `until_us`."""
+    """A clock that only sleeping advances. It ends the channel after `until_us`."""
 
     def __init__(self, channel: Channel, until_us: int, late_us: dict[int, int] | None = None):
         self.now_us = 1_000_000
@@ -30,11 +30,11 @@ class Time:
         self.slept: list[int] = []
 
     def clock(self) -> int:
-        """Return the time [us]."""
+        """Return the simulated time [us]."""
         return self.now_us
 
     def sleep(self, wait_us: int) -> None:
-        """Let this time pass, or more if the process is to be late."""
+        """Let this time pass, or more if the process should be late."""
         self.slept.append(wait_us)
         self.now_us += wait_us + self._late_us.get(len(self.slept), 0)
         if self.now_us >= self._end_us:
@@ -77,7 +77,7 @@ def test_changes_while_the_parent_does_not_read_are_reported_later() -> None:
     def sleep(wait_us: int) -> None:
         time.sleep(wait_us)
         passed_us = time.now_us - 1_000_000
-        if passed_us == 250_000:  # two reports have been due; only the first had room
+        if passed_us == 250_000:  # two reports were due, but only the first had room
             network.send(bytes(32) + b"\x01" + bytes(15))
         if passed_us == 450_000:
             told.append(lines.get_nowait())
@@ -108,7 +108,7 @@ def test_events_of_the_parent_happen_and_are_answered_by_their_number() -> None:
 
 
 def test_the_end_of_what_the_parent_says_is_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The end of the parent's stream ends the process; earlier messages still count."""
+    """The end of the parent's stream ends the process. Earlier messages are still processed."""
     monkeypatch.setattr(sys, "stdin", io.StringIO('{"event": "link_down"}\n'))
     channel = Channel()
     channel.start()
@@ -117,7 +117,7 @@ def test_the_end_of_what_the_parent_says_is_the_end(monkeypatch: pytest.MonkeyPa
 
 
 def test_a_parent_that_hears_no_more_is_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Alone, also where its other pipe is still open."""
+    """If the parent no longer reads, the process ends, even if its other pipe is open."""
 
     class Broken(io.StringIO):
         def write(self, text: str) -> int:

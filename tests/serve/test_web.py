@@ -1,4 +1,4 @@
-"""The server of the web page: its pages, the requests it accepts, and those it refuses."""
+"""The server of the web page has its pages, accepts certain requests, and refuses all others."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ EVENTS, STOP = "/token/api/robots/0/events", {"event": "emergency_stop"}
 
 @pytest.fixture
 def hosts() -> list[ServedHost]:
-    """Return two controllers, of which the first is connected."""
+    """Return two controllers, of which the first one is connected."""
     first, second = ServedHost(), ServedHost(address="127.0.0.2")
     first.network.send(bytes(32) + b"\x41" + bytes(15))
     first.run(200)
@@ -35,7 +35,7 @@ def hosts() -> list[ServedHost]:
 
 @pytest.fixture
 def client(hosts: list[ServedHost]) -> Iterator[WebClient]:
-    """Return a client of the page of both controllers, whose token is `token`."""
+    """Return a client of the page of both controllers, with the token `token`."""
     client = WebClient(web.application(hosts, "token"))
     yield client
     client.close()
@@ -90,7 +90,7 @@ def test_the_chart_is_an_svg_of_the_last_seconds(client: WebClient) -> None:
 
 
 def test_a_report_has_the_way_since_the_last_one(hosts: list[ServedHost]) -> None:
-    """A sample every 20 ms while an axis moves, so that the page draws a smooth trail."""
+    """While an axis moves there is a sample every 20 ms, so that the page draws a smooth trail."""
     served = hosts[0]
     served.run(100)
     positions = served.station.controller.positions
@@ -101,7 +101,7 @@ def test_a_report_has_the_way_since_the_last_one(hosts: list[ServedHost]) -> Non
     times = [t_us for t_us, *_ in served.way][-10:]
     assert {later - t_us for t_us, later in pairwise(times)} == {20_000}
     served.run(100)
-    assert [t_us for t_us, *_ in served.way][-1] == times[-1], "it stands still"
+    assert [t_us for t_us, *_ in served.way][-1] == times[-1], "the axis does not move"
 
 
 def test_an_event_by_post_happens_to_its_controller(client: WebClient) -> None:
@@ -208,7 +208,7 @@ def test_a_workpiece_is_placed_and_taken_away(hosts: list[ServedHost], client: W
         ("workpieces", '{"axis": 1, "pulses": 3000000000}', "a workpiece stands at -2147483648"),
         ("workpieces", '{"axis": 1, "pulses": 1.5}', "a workpiece stands at a whole number of"),
         ("workpieces", '{"axis": NaN}', "a workpiece is expected"),
-        ("recording", '{"do": "pause"}', "a recording can start and stop"),
+        ("recording", '{"do": "pause"}', "a recording can only start or stop"),
         ("recording", "{}", 'a recording is expected: {"do": "start"}'),
         ("events", "", 'an event is expected: {"event": "emergency_stop"}'),
         ("events", "[]", 'an event is expected: {"event": "emergency_stop"}'),
@@ -237,7 +237,7 @@ def test_an_impossible_request_is_refused_in_one_message(
 def test_the_actions_since_the_beginning_are_a_stimulus(
     hosts: list[ServedHost], tmp_path: Path, client: WebClient
 ) -> None:
-    """The stimulus covers both controllers from the beginning; a run with it does the same."""
+    """The stimulus covers both controllers from the start. A run with it does the same."""
 
     def ask(path: str, **message: object) -> None:
         assert client.post(f"/token/api/{path}", json=message).status == 200
@@ -289,7 +289,7 @@ def test_a_port_that_is_taken_is_one_clear_message(hosts: list[ServedHost]) -> N
 
 
 def test_without_aiohttp_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The package is on no index; the library that is missing is."""
+    """The package is not on an index, but the missing library is."""
     monkeypatch.delitem(sys.modules, "rcx_harness.serve.web", raising=False)
     monkeypatch.setitem(sys.modules, "aiohttp", None)
     with pytest.raises(InputError) as caught:

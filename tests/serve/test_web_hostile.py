@@ -1,4 +1,4 @@
-"""The web page's server under requests that no browser sends: an answer, and nothing in the log."""
+"""The web page's server answers requests that no browser sends, and logs nothing about them."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def test_an_event_in_utf_8_is_taken(kind: str) -> None:
 
 @pytest.mark.parametrize("name", ["9" * 5000, "0" * 5000, "00", "%D9%A0", "%C2%B2", "%00", "%0a"])
 def test_a_controller_that_is_not_there_is_not_found(name: str) -> None:
-    """Its number may have 5,000 digits, or digits of another script."""
+    """The number may have 5,000 digits, or digits of another script."""
     for path in (f"/token/api/robots/{name}", f"/token/api/robots/{name}/chart.svg"):
         ((status, text),) = ask((b"GET", path.encode(), (), b""))
         assert status == 404
@@ -141,7 +141,7 @@ _HEADERS = [
 
 
 def test_whatever_is_sent_is_the_senders_fault_and_no_line_in_the_log() -> None:
-    """Status 2xx or 4xx; a log for each would be another way to fill a disk."""
+    """The status is 2xx or 4xx. A log line for each request could fill the disk."""
     asked: list[Request] = [
         (method, path, (), b"")
         for method in _METHODS

@@ -1,4 +1,4 @@
-"""Remote commands in plain language."""
+"""Remote commands are described in plain language."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every figure of a robot model, read a second time."""
+"""Every figure of a robot model agrees with a second reading."""
 
 from __future__ import annotations
 
@@ -8,15 +8,16 @@ import pytest
 
 from rcx_harness.spec.robots import robot_models
 
-#: Soft limits of axis 1 and 2 (degrees, both ways) and of Z (mm), speeds of both arms together
-#: (m/s), of Z (mm/s) and of R (degrees/s), motors (W), moment of inertia (kg m^2), load (kg).
+#: Soft limits of axes 1 and 2 (degrees, both directions) and of Z (mm), speeds of both arms
+#: together (m/s), of Z (mm/s) and of R (degrees/s), motors (W), moment of inertia (kg m^2), load
+#: (kg).
 SHEETS = {
     "YK400XEC": (132, 145, 150, 6.0, 1100, 2600, (200, 100, 100, 100), 0.05, 4),
     "YK510XEC": (134, 147.5, 200, 7.8, 2000, 2600, (400, 200, 200, 200), 0.3, 10),
     "YK610XEC": (134, 147.5, 200, 8.6, 2000, 2600, (400, 200, 200, 200), 0.3, 10),
     "YK710XEC": (134, 147.5, 200, 9.5, 2000, 2600, (400, 200, 200, 200), 0.3, 10),
     "YK1200XG": (125, 150, 400, 7.7, 1600, 660, (950, 400, 750, 400), 2.45, 50),
-    # Those of the public driver; speeds, motors and loads of the YK400XEC.
+    # Limits from the public driver; speeds, motors and loads from the YK400XEC.
     "YK400XE": (132, 150, 150, 6.0, 1100, 2600, (200, 100, 100, 100), 0.05, 4),
 }
 #: Standard cycle times [s] by load [kg].

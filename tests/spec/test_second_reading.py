@@ -1,7 +1,7 @@
-"""spec/remote_commands.toml against a second, independent reading of the guide.
+"""spec/remote_commands.toml agrees with a second, independent reading of the guide.
 
-The second reading is in tests/spec/second_reading/. Both sides judge the same telegrams here; a
-difference means that one of them has misread the section, and the section decides.
+The second reading is in tests/spec/second_reading/. Both judge the same telegrams here. A
+difference means that one of them has misread the section of the guide, which decides.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from second_reading import Legal, Place, Reading, Row
 from shown import differences
 
 READINGS = second_reading.every_reading()
-SHOWN = 12  # values that a message names; more would say no more
+SHOWN = 12  # Number of values that a message names. More would not help.
 
 
 @dataclass(frozen=True)
 class Difference:
-    """A value that is legal on one side only, and why it is not on the other."""
+    """A value that only one side accepts, and the reason of the other side."""
 
     part: Place
     value: int
@@ -41,7 +41,7 @@ some_commands = pytest.mark.exhaustive(but=[f"{code:03X}" for code in list(READI
 
 @every_command
 def test_the_reading_has_each_bit_exactly_once(reading: Reading) -> None:
-    """Bits that the section neither describes nor fixes would go unseen on both sides.
+    """Bits that the section neither describes nor fixes would be missed by both sides.
 
     Source: remote command guide 4.2 to 4.9, the tables of each command
     """
@@ -57,7 +57,7 @@ def test_the_reading_has_each_bit_exactly_once(reading: Reading) -> None:
 
 
 def test_the_codes_are_those_of_the_sections() -> None:
-    """116 commands besides the status reset.
+    """There are 116 commands besides the status reset.
 
     Source: remote command guide 4.2 to 4.9, row "Command code" of each command
     """
@@ -69,7 +69,7 @@ def test_the_codes_are_those_of_the_sections() -> None:
 
 @every_command
 def test_robot_designation_and_section_are_those_of_the_commands_table(reading: Reading) -> None:
-    """A command has a robot designation where its own table has that row.
+    """A command has a robot designation if its own table has that row.
 
     Source: remote command guide 4.2 to 4.9, rows of n; 3., list for the programming box
     """
@@ -86,7 +86,9 @@ def test_robot_designation_and_section_are_those_of_the_commands_table(reading: 
 
 @every_command
 def test_fields_are_the_rows_of_the_commands_tables(reading: Reading) -> None:
-    """Each row is a field of the same bits and the same kind of number; the rest is zero.
+    """Each row is a field with the same bits and the same kind of number.
+
+    All other bits are zero.
 
     Source: remote command guide 4.2 to 4.9, rows of n+2 to n+30 and m+2 to m+30
     """
@@ -99,7 +101,7 @@ def test_fields_are_the_rows_of_the_commands_tables(reading: Reading) -> None:
         mine = {part: entry.what for entry in rows for part in entry.places}
         theirs = {part: entry.name for entry in fields for part in _places(side, entry)}
         both = mine.keys() & theirs.keys()
-        either = {part.mask for part in both}  # two rows may share bits by a condition
+        either = {part.mask for part in both}  # A condition may let two rows share bits.
         lost = [part for part in _sorted(mine.keys() - both) if part.mask not in either]
         wrong += [f"{part} ({mine[part]}) is no field of the spec" for part in lost]
         more = _sorted(theirs.keys() - both)
@@ -111,7 +113,7 @@ def test_fields_are_the_rows_of_the_commands_tables(reading: Reading) -> None:
 @some_commands
 @every_command
 def test_requests_are_legal_where_the_commands_section_says_so(reading: Reading) -> None:
-    """Values at and beside each limit, under each flag that changes it.
+    """The test uses values at and beside each limit, under each flag that changes the limit.
 
     Source: remote command guide 4.2 to 4.9, legend of each command's table
     """
@@ -136,7 +138,7 @@ def test_requests_are_legal_where_the_commands_section_says_so(reading: Reading)
 @some_commands
 @every_command
 def test_each_bit_alone_is_legal_where_the_commands_section_says_so(reading: Reading) -> None:
-    """Bits that are fixed 0, words that are not used, and flags that exclude each other.
+    """Both readings agree for each single bit: fixed, unused, and exclusive bits.
 
     Source: remote command guide 4.2 to 4.9, rows of n+2 to n+30
     """
@@ -241,7 +243,7 @@ def _places(side: str, entry: spec.Field) -> Iterator[Place]:
 
 
 def _tried(entry: Row) -> tuple[Place, ...]:
-    """Return the places of a row; for a text only the first, the second and the last one."""
+    """Return the places of a row; for a text only the first, the second and the last place."""
     text = entry.places[0].kind == "t"
     return (*entry.places[:2], entry.places[-1]) if text else entry.places
 
@@ -249,7 +251,7 @@ def _tried(entry: Row) -> tuple[Place, ...]:
 def _selections(
     reading: Reading, command: spec.Command, entry: Row
 ) -> Iterator[list[tuple[Place, int]]]:
-    """Return the values to try for each place on which the row depends by either side."""
+    """Return the values to try for each place on which the row depends in either reading."""
     on: dict[Place, list[Legal]] = {}
     for other, when, _ in entry.conditions:
         on.setdefault(other, []).append(when)
@@ -266,7 +268,7 @@ def _selections(
 
 
 def _candidates(part: Place, entry: Row, fields: Sequence[spec.Field]) -> list[int]:
-    """Return values worth trying: all if few, else the limits on both sides and each bit."""
+    """Return values worth trying: all if few, otherwise both sides of the limits and each bit."""
     low, high = part.limits
     if part.width <= 6:
         return list(range(low, high + 1))

@@ -1,7 +1,7 @@
-"""spec/blocks.toml, the types of plc/lib and the signals against the second reading of their pins.
+"""spec/blocks.toml, the types of plc/lib and the signals agree with a second reading.
 
-That what is on the wire agrees, tests/command/test_every_member.py says; here are the names,
-defaults and meanings, which no telegram shows.
+tests/command/test_every_member.py checks the words on the wire. These tests check names, defaults
+and meanings, which telegrams do not show.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def test_the_types_and_blocks_are_those_of_the_tables() -> None:
 
 @every_type
 def test_each_member_has_the_value_and_the_meaning_of_the_manuals_table(name: str) -> None:
-    """A type that chooses between commands has no values on the wire; its members count from 0.
+    """A type that chooses between commands has no values on the wire. Its members count from 0.
 
     Source: the section that tests/spec/second_reading/pins/members.toml names.
     """
@@ -70,7 +70,7 @@ def test_each_member_has_the_value_and_the_meaning_of_the_manuals_table(name: st
 
 @every_type
 def test_each_type_of_the_library_has_the_members_with_their_meaning(name: str) -> None:
-    """The check includes the file that users compile: each comment is next to the right member.
+    """The test reads the file that users compile, so each comment is next to the right member.
 
     Source: the section that tests/spec/second_reading/pins/members.toml names.
     """
@@ -87,7 +87,7 @@ def test_each_type_of_the_library_has_the_members_with_their_meaning(name: str) 
 
 @every_block_of_the_reading
 def test_each_member_chooses_the_command_of_the_section(block: Pins) -> None:
-    """The commands are in the order of the members; a block without a selector has one command.
+    """The commands are in the order of the members. A block without a selector has one command.
 
     Source: the section that tests/spec/second_reading/pins/blocks.toml names.
     """
@@ -106,7 +106,7 @@ def _chosen(block: Pins) -> list[str]:
 
 @every_block_of_the_reading
 def test_the_inputs_and_their_defaults_are_those_of_the_reading(block: Pins) -> None:
-    """In the block's own file; where it writes none, it is 0, FALSE, '' or the first member.
+    """A default in the block's file counts. Without one, it is 0, FALSE, '' or the first member.
 
     Source: the section that tests/spec/second_reading/pins/blocks.toml names.
     """
@@ -134,7 +134,9 @@ def test_the_inputs_and_their_defaults_are_those_of_the_reading(block: Pins) -> 
 
 @every_block_of_the_reading
 def test_the_ranges_in_the_comments_of_the_pins_are_those_of_the_sections(block: Pins) -> None:
-    """Both ends are legal, the numbers beside them are not; of an array they number its elements.
+    """Both ends are legal, and the numbers next to them are not.
+
+    The range of an array is for its elements.
 
     Source: remote command guide 4.2 to 4.9, legend of each command's table.
     """
@@ -154,9 +156,9 @@ def test_the_ranges_in_the_comments_of_the_pins_are_those_of_the_sections(block:
     assert not wrong, f"{block}:\n  " + "\n  ".join(wrong)
 
 
-#: Robots 1 to 4 (guide 1.1); of the patterns of a rotation three have a meaning (4.2.1 and 4.3.1).
+#: Robots are 1 to 4 (guide 1.1). Three patterns of a rotation have a meaning (4.2.1 and 4.3.1).
 _OTHER_RANGES = {"RobotNumber": (1, 4), "Arm1": (-1, 1), "Arm2": (-1, 1)}
-#: `1 to 16`, `16#00 to 16#FF`
+#: A range such as `1 to 16` or `16#00 to 16#FF`.
 _SPAN = re.compile(r"(?<![\w.])(16#[0-9A-F]+|-?\d+) to (16#[0-9A-F]+|-?\d+)(?![.\d])")
 
 
@@ -178,7 +180,7 @@ def _is_legal(block: Pins, row: PinRow, number: int) -> bool:
     raw = [0] * WORDS
     try:
         row.write(raw, number)
-    except ValueError:  # no digits of a BCD
+    except ValueError:  # not digits of a BCD number
         return False
     fits = number <= part.width if row.how == "bit" else number < 1 << part.width
     if not fits or (row.how == "pattern" and number < 0):
@@ -205,7 +207,7 @@ def test_the_ports_in_the_head_of_a_block_are_those_of_the_section(block: str) -
 
 
 def _default(initial: object, kind: str) -> str:
-    """Return an initial value in the notation of the reading."""
+    """Return an initial value in the notation of the second reading."""
     if isinstance(initial, s.Literal):
         return initial.text
     if isinstance(initial, s.Name):

@@ -1,4 +1,4 @@
-"""ErrorIDs and alarms, and which of them an illegal pin has, against a second reading of them."""
+"""ErrorIDs, alarms and the ErrorIDs of illegal pins agree with a second reading."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _KEYS = ("name", "name_ja", "cause", "remedy")
 
 
 def _odd(mine: Mapping[str, str], theirs: Mapping[str, Mapping[str, str]]) -> Iterator[str]:
-    """Return where names differ, or a text lacks its words."""
+    """Return differences of names, and texts that lack their words."""
     for number in mine.keys() ^ theirs.keys():
         yield f"{number} is in one of table and reading only"
     for number in mine.keys() & theirs.keys():
@@ -64,7 +64,7 @@ def test_each_pin_of_the_reading_is_one_of_a_block() -> None:
 
 
 def test_what_a_text_names_of_the_reference_is_there() -> None:
-    """`RCX_REF.Inner.Command.Holder`, as plc/lib/types declares it."""
+    """Such a name is `RCX_REF.Inner.Command.Holder`, as plc/lib/types declares it."""
     types = Path(__file__).parents[2] / "plc" / "lib" / "types"
     text = (Path(__file__).parents[2] / "spec" / "errors.toml").read_text(encoding="utf-8")
     named = set(re.findall(r"\bRCX_REF((?:\.[A-Za-z]\w*)+)", text, re.ASCII))

@@ -1,4 +1,4 @@
-"""The tables in spec/, against the manual's own figures."""
+"""The tables in spec/ agree with the manual's own figures."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def _mask(found: tuple[spec.Signal, ...], byte: int) -> int:
 
 
 def test_dedicated_bits_are_those_of_the_profile() -> None:
-    """The unlisted bits of bytes 32 and 33 are reserved, and bytes 46 and 47 altogether.
+    """The unlisted bits of bytes 32 and 33 are reserved, and so are bytes 46 and 47.
 
     Source: manual chapter 5, 1
     """
@@ -26,7 +26,7 @@ def test_dedicated_bits_are_those_of_the_profile() -> None:
 
 
 def test_a_signals_number_says_its_byte_and_bit() -> None:
-    """SO(02) is bit 2 of m+32, SI(17) bit 7 of n+33. Source: manual chapter 5, 1."""
+    """SO(02) is bit 2 of m+32, and SI(17) is bit 7 of n+33. Source: manual chapter 5, 1."""
     table = spec.signals()
     for signal in table.output + table.input:
         letters, port, bit = re.fullmatch(r"(S[OI])\((\d)(\d)\)", signal.signal).groups()  # type: ignore[union-attr]
@@ -119,7 +119,7 @@ def test_every_table_entry_is_sound() -> None:
 
 
 def test_every_range_is_one_of_values_that_the_type_can_have() -> None:
-    """Words of 16 and double words of 32 bits."""
+    """Words have 16 bits and double words have 32 bits."""
     least_and_most = {"u16": (0, 2**16 - 1), "s16": (-(2**15), 2**15 - 1)}
     least_and_most["s32"] = (-(2**31), 2**31 - 1)
     for entry in spec.commands().values():
@@ -130,7 +130,10 @@ def test_every_range_is_one_of_values_that_the_type_can_have() -> None:
 
 
 def test_encode_gives_the_printed_telegram() -> None:
-    """Move to point 19 at 50 %. Source: remote command guide chapter 2, example."""
+    """The example is a movement to point 19 at 50 %.
+
+    Source: remote command guide chapter 2, example.
+    """
     words = spec.command("MovePtp").encode({"speed_mode": 2, "speed": 50, "point": 19}, robot=3)
     assert words == (0x3001, 0x0004, 0, 0x0032, 0x0013) + (0,) * 11
 
@@ -217,7 +220,7 @@ _NAMED = ("RegisterProgram", "ExecuteProgram", "StepProgram", "SkipProgram", "Ne
 
 
 def _text_words(first: tuple[int, ...], at: int, raw: bytes) -> list[int]:
-    """Return the 16 words with some at the beginning, and a text from byte `at` on."""
+    """Return the 16 words, with some words at the beginning and a text from byte `at` on."""
     area = bytearray(32)
     for k, word in enumerate(first):
         area[2 * k : 2 * k + 2] = word.to_bytes(2, "little")
@@ -248,7 +251,7 @@ def _text_words(first: tuple[int, ...], at: int, raw: bytes) -> list[int]:
 def test_a_program_name_is_filled_up_with_one_character_only(
     name: str, text: bytes, told: str
 ) -> None:
-    """Letters (uppercase), numbers and underscores; a shorter name is filled up.
+    """A name has upper case letters, digits and underscores. A shorter name is filled.
 
     Source: manual, remote command guide 4.6.1 to 4.6.4: spaces in the text, 0x00 in the examples.
     """

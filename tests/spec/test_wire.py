@@ -1,4 +1,4 @@
-"""spec/wire against a second reading of the manual: every number of the wire by hand."""
+"""spec/wire agrees with a second reading of the manual: every number on the wire by hand."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from structured_text.errors import InputError
 
 
 def test_an_area_has_48_bytes_and_256_with_the_word_extension() -> None:
-    """48 bytes for input and for output; 256 with "SIOW extension" valid.
+    """Input and output have 48 bytes each, or 256 bytes with "SIOW extension" valid.
 
     Source: manual chapter 1, 4.1 and 4.2; chapter 5, 4
     """
@@ -27,7 +27,7 @@ def test_the_assemblies_are_100_to_the_master_and_150_to_the_robot() -> None:
 
 
 def test_the_controller_looks_every_5_ms() -> None:
-    """I/O update intervals are 5 ms at shortest; the ON/OFF information is seen at a 5 ms cycle.
+    """I/O update intervals are at least 5 ms, and the ON/OFF information is read every 5 ms.
 
     Source: manual chapter 1, 2; chapter 5, 4
     """
@@ -35,7 +35,7 @@ def test_the_controller_looks_every_5_ms() -> None:
 
 
 def test_the_remote_status_has_four_words() -> None:
-    """0x0000 command ready, 0x0100 command run, 0x0200 normal end, 0x4000 abnormal end.
+    """0x0000 is command ready, 0x0100 command run, 0x0200 normal end, 0x4000 abnormal end.
 
     Source: remote command guide chapter 1, 1.2
     """
@@ -51,7 +51,7 @@ def test_the_remote_status_has_four_words() -> None:
 
 
 def test_dedicated_bits_are_bytes_32_and_33_and_46_and_47_are_reserved() -> None:
-    """Byte 32-33 dedicated bits, byte 34-45 general purpose, byte 46-47 reserved.
+    """Bytes 32 and 33 have dedicated bits, 34 to 45 general-purpose bits, 46 and 47 are reserved.
 
     Source: manual chapter 5, 4
     """

@@ -1,4 +1,4 @@
-"""Loads and compiles Structured Text that a test writes down."""
+"""Fixtures that load and compile Structured Text from strings in a test."""
 
 from __future__ import annotations
 
@@ -41,5 +41,5 @@ def project_of(files_of: Callable[..., list[Path]]) -> Callable[..., Project]:
 
 @pytest.fixture
 def mistakes_of(files_of: Callable[..., list[Path]]) -> Callable[..., list[InputError]]:
-    """Return a function that lists all errors the front end reports for one or more sources."""
+    """Return a function that lists all errors in one or more sources."""
     return lambda *sources: check(files_of(*sources))

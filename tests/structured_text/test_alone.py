@@ -1,4 +1,4 @@
-"""The toolkit in a process that cannot import the packages above it."""
+"""The toolkit runs in a process that cannot import the packages above it."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_every_module_is_imported_where_the_harness_cannot_be() -> None:
 
 
 def test_no_test_of_the_toolkit_imports_what_stands_above_it() -> None:
-    """The tests of the toolkit can run alone: `make test-toolkit`.
+    """`make test-toolkit` runs the tests of the toolkit alone.
 
     Source: CONTRIBUTING.md, tests.
     """

@@ -1,4 +1,4 @@
-"""A program on the toolkit alone: no robot, no library, no areas."""
+"""A program runs on the toolkit alone, without a robot, a library or areas."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def _stimulus(folder: Path, text: str) -> Path:
 
 
 def test_a_program_without_areas_runs_in_virtual_time(lamp: Path) -> None:
-    """The input is set before the scan at 0 ms; 50 ms later is the sixth scan.
+    """The input is set before the scan at 0 ms. The sixth scan is 50 ms later.
 
     Source: IEC 61131-3, TON.
     """
@@ -57,9 +57,11 @@ def test_a_condition_that_comes_too_late_fails_the_test(lamp: Path) -> None:
 
 
 def test_a_stimulus_sets_inputs_for_a_time_and_stops_the_plc(lamp: Path, tmp_path: Path) -> None:
-    """ON from 100 ms to 300 ms, so the lamp in the scans from 150 ms to 290 ms: 15 of them.
+    """The input is ON from 100 ms to 300 ms, and the lamp in the 15 scans from 150 ms to 290 ms.
 
-    A warm start at 500 ms keeps what is retained. Source: IEC 61131-3, RETAIN.
+    A warm start at 500 ms keeps the RETAIN variables.
+
+    Source: IEC 61131-3, RETAIN.
     """
     file = _stimulus(
         tmp_path,
@@ -86,7 +88,7 @@ def test_a_stimulus_sets_inputs_for_a_time_and_stops_the_plc(lamp: Path, tmp_pat
         ('{ time = "1s", plc = "halt" }', r":2: unknown event 'halt'"),
         (
             '{ time = "1s", plc = { event = "run", start = "hot" } }',
-            r":2: start = 'hot' is not a start",
+            r":2: start = 'hot' is not a kind of start",
         ),
         (
             '{ time = "1s", plc = { event = "overrun", by = "1s", x = 1 } }',
@@ -111,7 +113,7 @@ def test_each_run_gives_the_same_trace(lamp: Path, tmp_path: Path) -> None:
             bench.run("60ms")
     header, *lines = map(json.loads, files[0].read_text().splitlines())
     assert header["scan_us"] == 10_000
-    assert "size" not in header, "it has no areas"
+    assert "size" not in header, "the program has no areas"
     assert [one["vars"]["Main.Lamp"] for one in lines] == [False] * 5 + [True]
     assert lines[5] == {"t_us": 50_000, "scan": 5, "vars": {"Main.Go": True, "Main.Lamp": True}}
     assert files[0].read_bytes() == files[1].read_bytes()
@@ -171,6 +173,6 @@ def test_a_bench_is_debugged_forwards_and_backwards(lamp: Path) -> None:
     machine.restore(before)
     assert (machine.scans, machine.program.read("Main.Count")) == (0, 0)
     machine.inject("plc_stop", 1)
-    with pytest.raises(InputError, match="the PLC does not run"):
+    with pytest.raises(InputError, match="the PLC is not in RUN"):
         machine.scan()
     machine.close()

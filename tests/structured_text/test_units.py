@@ -1,4 +1,4 @@
-"""Durations, as people, ST and Python write them."""
+"""Durations are read as written by people, in ST and in Python."""
 
 from __future__ import annotations
 

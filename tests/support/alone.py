@@ -1,4 +1,4 @@
-"""One block of the library with nothing around it: the test sets the fields of the robot."""
+"""A bench for a single block of the library: the test sets the fields of the robot."""
 
 from __future__ import annotations
 
@@ -9,15 +9,16 @@ from structured_text.engines.base import Value
 
 
 class Alone:
-    """The instance `Block` of a block, called once in each scan, whose number goes up.
+    """The instance `Block` of a block, called once in each scan.
 
-    A job is in its place while `Placed` is TRUE.
+    The program increments the scan number. A job counts as called in its scan while `Placed` is
+    TRUE.
 
     Args:
-        block: Its type.
+        block: The block's type.
         in_outs: The type of each of its VAR_IN_OUT variables, which the program declares under
             the same name.
-        engine: What runs it.
+        engine: The engine that runs the program.
     """
 
     def __init__(self, block: str, in_outs: Mapping[str, str], engine: str = "auto") -> None:

@@ -1,4 +1,4 @@
-"""FB_AxisArea and FB_WorkArea with a position that is valid and new."""
+"""FB_AxisArea and FB_WorkArea with a valid and recent position."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def _block(name: str, engine: str) -> Alone:
 
 
 class _Area:
-    """An area, and a position that is valid and new; missing elements of a list are zeros."""
+    """An area with a valid and recent position; missing elements of a list are zeros."""
 
     block = position = ""
     zero: float = 0
@@ -33,7 +33,7 @@ class _Area:
         return self._block[f"Block.{pin}"]
 
     def at(self, *place: float) -> str:
-        """Scan once with the position there, and return what the bits say."""
+        """Scan once with this position, and return `inside`, `outside` or `-` for neither."""
         self[self.position] = list(place)
         self._block.scan(0)
         assert not (self["Inside"] and self["Outside"])

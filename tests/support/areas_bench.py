@@ -1,4 +1,4 @@
-"""A PLC that does everything twice, on an image of bytes and of words; both must agree."""
+"""A PLC that has each block twice, for an image of bytes and of words; both must agree."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ _TWINS = (*_SINGLES, *_READERS, *_WRITERS)
 
 
 class AreasBench(PlcBench):
-    """The program Areas.st: a block and its twin, whose name has a W, get the same pins.
+    """The program Areas.st, in which a block and its twin get the same pins.
 
-    After every scan the images, the robots and all pins of the twins are compared, unless the
-    test says that they may differ (an odd offset).
+    The twin's name ends in W. After every scan the images, the robots and all pins of the twins are
+    compared, unless `alike` is False (for an odd offset).
     """
 
     def __init__(self, *, size: int = 48, m: int = 0, n: int = 0, alike: bool = True) -> None:
@@ -36,7 +36,7 @@ class AreasBench(PlcBench):
             super().__setitem__(f"{block}W{dot}{rest}", value)
 
     def scan(self, count: int = 1) -> None:
-        """Run scans; both images get the area `so` in each of them."""
+        """Run scans; before each, copy the area `so` into both input images."""
         for _ in range(count):
             image = bytearray(self.program.read_bytes("Main.InputWords"))
             image[self.m : self.m + len(self.so)] = self.so
@@ -46,7 +46,7 @@ class AreasBench(PlcBench):
                 self._compare()
 
     def write(self, block: str, **pins: Value) -> Value:
-        """Call the writing block of that name, for one scan, and return its ErrorID."""
+        """Call the writing block of this name for one scan, and return its ErrorID."""
         for name, value in pins.items():
             self[f"{block}.{name}"] = value
         for other in _WRITERS:
@@ -58,7 +58,7 @@ class AreasBench(PlcBench):
         return self[f"{block}.ErrorID"]
 
     def read(self, block: str, **pins: Value) -> tuple[Value, Value, Value]:
-        """Scan once with these pins at a reading block: its Value, Valid and ErrorID."""
+        """Scan once with these pins of a reading block, and return its Value, Valid and ErrorID."""
         for name, value in pins.items():
             self[f"{block}.{name}"] = value
         self.scan()

@@ -1,4 +1,4 @@
-"""The meaning of a command block's outputs, read from spec/blocks.toml again for the tests."""
+"""The meaning of a command block's outputs, read by the tests directly from spec/blocks.toml."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ _LETTERS = " ABCxyz019_~!"
 
 
 def blank(block: Block) -> Pins:
-    """Return the outputs of a block that has no answer."""
+    """Return the outputs of a block that has received no answer."""
     return {pin.pin: _blank(pin) for pin in block.outputs}
 
 
 def answered(block: Block, chance: random.Random) -> dict[str, FieldValue]:
-    """Return fields of a response as the controller may send it."""
+    """Return random fields of a response that the controller may send."""
     numbers = {pin.source for pin in block.outputs if pin.type == "INT"}
     reals = {pin.source for pin in block.outputs if pin.encoding == "real"}
     fields: dict[str, FieldValue] = {}
@@ -80,7 +80,7 @@ def shown(block: Block, sent: Mapping[str, FieldValue], got: Mapping[str, FieldV
 
 
 def same(first: Value, second: Value) -> bool:
-    """Return whether values are equal; scaled numbers within the precision of a REAL."""
+    """Return whether values are equal; scaled numbers may differ by the precision of a REAL."""
     if isinstance(first, list):
         return len(first) == len(second) and all(map(same, first, second))
     if isinstance(first, float):
@@ -99,7 +99,7 @@ def _blank(pin: Output) -> Value:
 
 
 def _number(part: Field, chance: random.Random, as_int: bool) -> int:
-    """Return a legal number. If the manual gives no limits, the output must be able to show it."""
+    """Return a legal number; without limits in the manual, a number that the output can show."""
     if part.values:
         return chance.choice(list(part.values))
     if part.range:

@@ -1,7 +1,7 @@
-"""The meaning of a command block's pins, read from spec/blocks.toml again for the tests.
+"""The meaning of a command block's pins, read by the tests directly from spec/blocks.toml.
 
-Only the tables are shared with the generator of the blocks. A telegram is given as its fields, by
-name, before it is put into words.
+Only the tables are shared with the generator of the blocks. A telegram is given by its fields and
+their names; another module converts it into words.
 """
 
 from __future__ import annotations
@@ -25,24 +25,24 @@ Pair = tuple[int, int]
 ARRAYS = library().arrays
 _KINDS = library().enumerations
 
-#: Below 2**13 the steps of a REAL are below half of 0.001; the blocks refuse what is beyond.
+#: Below 2**13 a REAL has steps of less than half of 0.001. The blocks refuse larger values.
 _EXACT = 2**13 * 1000 - 1
 _RANGES = {"INT": (-(2**15), 2**15 - 1), "UINT": (0, 2**16 - 1), "DINT": (-(2**31), 2**31 - 1)}
 _DEFAULTS: dict[str, Value] = {"BOOL": False, "REAL": 0.0, "STRING": ""}
 
 
 def single(value: float) -> float:
-    """Return the nearest number of single precision."""
+    """Return the nearest single-precision number."""
     return float(struct.unpack("<f", struct.pack("<f", value))[0])
 
 
 def pattern(value: float) -> int:
-    """Return the bits of a number of single precision, as a signed 32 bit integer."""
+    """Return the bits of a single-precision number as a signed 32 bit integer."""
     return int(struct.unpack("<i", struct.pack("<f", value))[0])
 
 
 def members(kind: str) -> Sequence[Member]:
-    """Return the members of an enumeration; none for another type."""
+    """Return the members of an enumeration, or nothing for another type."""
     return _KINDS[kind].members if kind in _KINDS else ()
 
 
@@ -51,7 +51,7 @@ def _element(kind: str) -> str:
 
 
 class Reading:
-    """The request side of one block: the meaning of pins, and their legal and illegal values."""
+    """The request side of one block: its pins' meaning, and their legal and illegal values."""
 
     def __init__(self, block: Block) -> None:
         self.block = block
@@ -65,7 +65,7 @@ class Reading:
 
     @property
     def pins(self) -> dict[str, Input]:
-        """Return the inputs that are in the table, by name."""
+        """Return the inputs in the table, by name."""
         selected = [self.block.select] if self.block.select else []
         return {pin.pin: pin for pin in (*selected, *self.block.inputs)}
 
@@ -103,7 +103,7 @@ class Reading:
         return every
 
     def _counts(self, fields: Fields, pin: Input) -> bool:
-        """Return whether the pin counts, with these fields of the pins before it."""
+        """Return whether the pin has an effect, given the fields of the pins before it."""
         if pin.when:
             name, low, high = pin.when
             value = fields[name]
@@ -139,7 +139,7 @@ class Reading:
     # ---- legal values
 
     def draw(self, chance: random.Random, forced: Mapping[str, Value] | None = None) -> Pins:
-        """Return legal values of all pins: the forced ones as given, the others at random."""
+        """Return legal values of all pins: the forced values as given, the others at random."""
         given = dict(forced or {})
         pins: Pins = {}
         if self.command.robot:
@@ -157,7 +157,7 @@ class Reading:
         return {**pins, **given}
 
     def edges(self, chance: random.Random) -> Iterator[Pins]:
-        """Return telegrams in which every pin has each of its lowest and highest values, or all."""
+        """Return telegrams in which every pin has each of its limits, or each of a few values."""
         for name in ["RobotNumber"] * self.command.robot:
             yield from (self.draw(chance, {name: number}) for number in range(5))
         for member in members(self.block.select.type) if self.block.select else ():
@@ -169,7 +169,7 @@ class Reading:
                     yield self.draw(chance, {**forced, pin.pin: value})
 
     def _room(self, pin: Input, others: Pins) -> int | None:
-        """Return the largest value of a factor, given the other factors of a limited product."""
+        """Return the largest factor for which the product with the other factors is legal."""
         limits = self.command.product
         if not limits or pin.to[0] not in limits.fields:
             return None
@@ -180,7 +180,7 @@ class Reading:
         """Return the values of the pins on which this pin depends, with the resulting fields."""
         part = self.requests[pin.to[0]]
         names = {name for name in (part.by, pin.when and pin.when[0]) if name and name != pin.flag}
-        names -= self.block.only.keys() - self.filler.keys()  # the block is the choice
+        names -= self.block.only.keys() - self.filler.keys()  # each block has a fixed value here
         fillers = {self.filler[name].pin: self.filler[name] for name in names}
         assert len(fillers) <= 1, "a pin depends on one other pin at most"
         if not fillers:
@@ -195,7 +195,7 @@ class Reading:
     def _legal(
         self, fields: Fields, pin: Input, chance: random.Random, room: int | None
     ) -> list[Value]:
-        """Return the lowest and highest legal values and some between; a small set as a whole."""
+        """Return the lowest and highest legal values and some between, or all of a few values."""
         if pin.type in ARRAYS:
             count = ARRAYS[pin.type].count
             every = self._legal_scalars(fields, pin, chance, room)
@@ -269,7 +269,7 @@ class Reading:
     # ---- illegal values
 
     def refused(self, chance: random.Random) -> Iterator[tuple[Pins, int]]:
-        """Return pins of which one is illegal, and the ErrorID that errors.md has for it."""
+        """Return pins with one illegal value, and the ErrorID that errors.md gives for it."""
         for number in [-1, 5, -32768, 32767] * self.command.robot:
             yield self.draw(chance, {"RobotNumber": number}), 0x8040
         for pin in self.block.inputs:
@@ -304,7 +304,7 @@ class Reading:
             known = _characters(part)
             strange = [chr(code) for code in range(1, 128) if chr(code) not in known + " "]
             inner = [] if " " in known else [" A", "A A", "A" * (part.length - 2) + " A"]
-            yield from ((text, error) for text in inner)  # at its end a space fills it up
+            yield from ((text, error) for text in inner)  # a space at its end fills it
             yield from (("A" * length, error) for length in (part.length + 1, 60))
             yield from ((text, error) for text in strange)
             yield from (("A" * (part.length - 1) + text, error) for text in strange[::8])
@@ -326,9 +326,9 @@ class Reading:
     def _illegal_reals(
         self, fields: Fields, pin: Input, part: Field, error: int
     ) -> Iterator[tuple[Value, int]]:
-        """Return values just beyond the limits and far beyond.
+        """Return values just beyond the limits and far beyond, with their ErrorID.
 
-        16#8047 if the field has no limits.
+        The ErrorID is 16#8047 if the field has no limits.
         """
         ((low, high),) = self._pairs(fields, pin)
         natural = not part.range and not part.ranges
@@ -340,7 +340,7 @@ class Reading:
 
 
 def _only(part: Field, sent: Sequence[int] | None) -> Field:
-    """Return the field with only the values of this block; other blocks send the others."""
+    """Return the field with only those values that this block sends."""
     return part if sent is None else replace(part, values={k: part.values[k] for k in sent})
 
 

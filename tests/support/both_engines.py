@@ -1,4 +1,4 @@
-"""The engines as parameters of tests that must hold on each of them."""
+"""Parameters for tests that must hold on each engine."""
 
 from __future__ import annotations
 
@@ -13,6 +13,6 @@ def needs(engine: str) -> pytest.MarkDecorator:
     return pytest.mark.skipif(bool(reason), reason=reason)
 
 
-#: The engines that are another's work; those that are not installed are skipped.
+#: External engines. Their tests are skipped if they are not installed.
 COMPILED = [pytest.param(name, marks=needs(name)) for name in ("matiec", "strucpp")]
 ENGINES = ["builtin", *COMPILED]

@@ -1,8 +1,8 @@
-"""PLC, bridge and robot in one room: real Modbus TCP and EtherNet/IP, but the test's own time.
+"""PLC, bridge and robot in one process: real Modbus TCP and EtherNet/IP in virtual time.
 
-A step is one scan of the PLC of 20 ms: it scans, the bridge makes its exchange, the packets of
-both directions arrive, and four cycles of the controller pass. What travels is waited for by
-looking at the other end; how long that takes is nowhere in the test's time.
+A step is a scan of the PLC of 20 ms: the PLC scans, the bridge makes its exchange, the packets of
+both directions arrive, and four cycles of the controller pass. The bench waits for packets by
+polling the receiver. Virtual time does not depend on the length of this wait.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ _MOST_POLLS = 60_000
 
 
 class BridgeBench:
-    """The bench; robot and PLC are there, the bridge has not looked yet.
+    """A bench with robot and PLC; the bridge has not exchanged data yet.
 
     Args:
-        scan: One scan of the PLC at a time in microseconds: what it does to its registers.
+        scan: A function for a scan of the PLC at a time [us], which writes its registers.
         multiplier: Coded multiplier of the cyclic connection's time-out.
 
     Attributes:
         scan: The PLC's scan, as given; may be set.
-        plc: The PLC's Modbus server.
+        plc: The Modbus server of the PLC.
         controller: The robot.
         adapter: The robot's end of the network.
         loop: The bridge.
@@ -82,7 +82,7 @@ class BridgeBench:
         self.last: Actions | None = None
 
     def step(self, steps: int = 1) -> None:
-        """Let scans of the PLC pass, and everything else meanwhile."""
+        """Let scans of the PLC pass, and run bridge and robot in the meantime."""
         for _ in range(steps):
             self.now_us += _SCAN_US
             with self.plc.between_scans() as holds:
@@ -95,7 +95,7 @@ class BridgeBench:
             self._packets(actions.to_robot)
 
     def until(self, what: Callable[[], bool], most: int = 500) -> None:
-        """Let scans pass until something is so."""
+        """Let scans pass until the condition holds."""
         for _ in range(most):
             if what():
                 return
@@ -110,7 +110,7 @@ class BridgeBench:
         self.plc.close()
 
     def __enter__(self) -> BridgeBench:
-        """Return the bench, which is ready."""
+        """Return the started bench."""
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -1,4 +1,4 @@
-"""A real browser without a window, if one is installed."""
+"""An installed browser without a window, for tests of pages."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 _DRIVER = shutil.which("chromedriver")
 
-#: For tests that cannot do without.
+#: Skips tests that need a browser if none is installed.
 NEEDS_BROWSER = pytest.mark.skipif(
     not (_CHROMIUM and _DRIVER), reason="chromium and chromedriver are not installed"
 )
@@ -25,7 +25,10 @@ NEEDS_BROWSER = pytest.mark.skipif(
 
 @contextmanager
 def chromium(width: int, height: int, *logs: str) -> Iterator[WebDriver]:
-    """Start Chromium with this window size; `logs` are recorded besides the log of the page."""
+    """Start Chromium with this window size.
+
+    `logs` names logs to record besides the log of the page.
+    """
     from selenium import webdriver
     from selenium.webdriver.chrome.service import Service
 
@@ -35,7 +38,7 @@ def chromium(width: int, height: int, *logs: str) -> Iterator[WebDriver]:
         options.add_argument(argument)
     options.add_argument(f"--window-size={width},{height}")
     if os.geteuid() == 0:
-        options.add_argument("--no-sandbox")  # it refuses to run as root with one
+        options.add_argument("--no-sandbox")  # as root, Chromium refuses to run with a sandbox
     options.set_capability("goog:loggingPrefs", dict.fromkeys(("browser", *logs), "ALL"))
     driver = webdriver.Chrome(options=options, service=Service(_DRIVER))
     try:

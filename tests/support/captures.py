@@ -1,4 +1,4 @@
-"""Captures of a PLC and its controllers, made byte by byte: headers, messages, cyclic packets.
+"""Captures of a PLC and its controllers, built from bytes: headers, messages, cyclic packets.
 
 Layouts: IPv4 (RFC 791), UDP (RFC 768), TCP (RFC 9293), 802.1Q; link types as tcpdump.org names
 them; EtherNet/IP adaptation of CIP (volume 2), chapter 2. The encoders of the harness are not used.
@@ -24,7 +24,7 @@ def _address(text: str) -> bytes:
 
 
 def ip(source: str, destination: str, protocol: int, payload: bytes, fragment: int = 0) -> bytes:
-    """Return an IPv4 packet. Its checksum is 0, as for network cards that compute the checksum."""
+    """Return an IPv4 packet with the checksum 0, as for network cards that compute it."""
     head = struct.pack(">BBHHHBBH", 0x45, 0, 20 + len(payload), 7, fragment, 64, protocol, 0)
     return head + _address(source) + _address(destination) + payload
 
@@ -32,7 +32,7 @@ def ip(source: str, destination: str, protocol: int, payload: bytes, fragment: i
 def udp(
     source: str, destination: str, payload: bytes, ports: tuple[int, int] = (2222, 2222)
 ) -> bytes:
-    """Return a UDP datagram in its IP packet."""
+    """Return a UDP datagram inside its IP packet."""
     head = struct.pack(">HHHH", *ports, 8 + len(payload), 0)
     return ip(source, destination, UDP, head + payload)
 
@@ -45,7 +45,7 @@ def tcp(
     ports: tuple[int, int] = (50000, 44818),
     flags: int = 0x18,
 ) -> bytes:
-    """Return a TCP segment in its IP packet."""
+    """Return a TCP segment inside its IP packet."""
     head = struct.pack(">HHIIBBHHH", *ports, sequence & 0xFFFFFFFF, 0, 0x50, flags, 1024, 0, 0)
     return ip(source, destination, TCP, head + payload)
 
@@ -53,9 +53,9 @@ def tcp(
 def framed(
     packet: bytes, link: int = ETHERNET, tags: Sequence[int] = (), kind: int = 0x0800
 ) -> bytes:
-    """Return a packet as a capture of this link type has it.
+    """Return a packet with the header of this link type.
 
-    Pad short Ethernet frames to 60 bytes.
+    Short Ethernet frames are padded to 60 bytes.
     """
     protocol = struct.pack(">H", kind)
     if link == ETHERNET:
@@ -78,7 +78,7 @@ def pcap(
     nano: bool = False,
     kept: int = 65535,
 ) -> Path:
-    """Write a pcap file, little endian; a packet longer than `kept` bytes is cut."""
+    """Write a little-endian pcap file; packets longer than `kept` bytes are cut."""
     magic = 0xA1B23C4D if nano else 0xA1B2C3D4
     parts = [struct.pack("<IHHiIII", magic, 2, 4, 0, 0, kept, link)]
     for t_us, data in packets:
@@ -91,7 +91,10 @@ def pcap(
 
 
 def pcapng(path: Path, packets: Iterable[Timed], links: Sequence[int] = (ETHERNET,)) -> Path:
-    """Write a pcapng file with nanoseconds, as dumpcap does; packets are of the first interface."""
+    """Write a pcapng file with nanoseconds, as dumpcap does.
+
+    All packets use the first interface.
+    """
     section = struct.pack("<IHHq", 0x1A2B3C4D, 1, 0, -1)
     parts = [_block(0x0A0D0D0A, section)]
     resolution = struct.pack("<HHB3xHH", 9, 1, 9, 0, 0)
@@ -121,7 +124,7 @@ def cyclic(identifier: int, number: int, content: bytes) -> bytes:
 def area(words: dict[int, int] | None = None, dedicated: int = 0, size: int = 48) -> bytes:
     """Return an area.
 
-    `words` maps the first byte of a word to its value; `dedicated` is byte 32, 33.
+    `words` maps the first byte of a word to its value. `dedicated` is the value of bytes 32 and 33.
     """
     made = bytearray(size)
     for at, value in {**(words or {}), 32: dedicated}.items():
@@ -130,7 +133,7 @@ def area(words: dict[int, int] | None = None, dedicated: int = 0, size: int = 48
 
 
 class Story:
-    """Packets of one PLC and one controller, in the order they are told.
+    """Packets of one PLC and one controller in the order of the calls.
 
     Args:
         plc: Address of the PLC.
@@ -161,7 +164,7 @@ class Story:
         self._last = {"to": b"", "from": b""}
 
     def message(self, t_us: int, message: bytes, to: bool = True) -> None:
-        """Add an unconnected message on the TCP connection at a time [us], or an answer to one."""
+        """Add an unconnected message or its answer on the TCP connection at a time [us]."""
         way = "to" if to else "from"
         data = send_rr(message, 1)
         ends = (self.plc, self.controller) if to else (self.controller, self.plc)

@@ -1,4 +1,4 @@
-"""A cell for the sentences of the manual: the library's blocks, a robot, and what passed."""
+"""A cell for tests of the manual's sentences: the library's blocks, a robot, and the history."""
 
 from __future__ import annotations
 
@@ -13,12 +13,15 @@ from structured_text.engines.base import Program, Value
 
 
 def steps_once(*steps: str) -> dict[str, Any]:
-    """Return the properties of a robot whose program does these steps once."""
+    """Return the properties of a robot with a program that runs these steps once."""
     return {"programs": (RobotProgram(steps=steps, loop=False),)}
 
 
 class ChapterCell:
-    """The program Chapters.st in a cell: scan and packets every 10 ms, all at time 0."""
+    """The program Chapters.st in a cell.
+
+    Scans and packets both come every 10 ms, the first at time 0.
+    """
 
     def __init__(self, program: Program, initial: object, config: RobotConfig, size: int) -> None:
         program.restore(initial)
@@ -38,7 +41,7 @@ class ChapterCell:
         self.cell.run(duration)
 
     def run_short_program(self) -> None:
-        """Start a program that is over before SO(13) can be seen."""
+        """Start a program that ends before SO(13) can be seen."""
         self.settle()
         self["AutoStart.Timeout"] = "T#200ms"
         self.execute("AutoStart")
@@ -53,11 +56,11 @@ class ChapterCell:
         return tuple(self.on(output) for output in outputs)
 
     def wait(self, output: str, on: bool = True) -> None:
-        """Let time pass until the PLC reads a dedicated output so."""
+        """Let time pass until a dedicated output has this value, as the PLC reads it."""
         self.cell.run_until(lambda: self.on(output) is on, within="3s")
 
     def execute(self, block: str, within: str = "8s") -> int:
-        """Give a block a rising edge, let it end, take Execute away; its ErrorID."""
+        """Give Execute a rising edge, wait for the end, reset Execute and return the ErrorID."""
         self[f"{block}.Execute"] = True
         ended = (f"{block}.Done", f"{block}.Error")
         self.cell.run_until(lambda: any(self[path] is True for path in ended), within=within)
@@ -68,36 +71,36 @@ class ChapterCell:
         return error
 
     def return_to_origin(self, axes: str) -> int:
-        """Return these axes to their origin; the ErrorID of the block."""
+        """Return these axes to their origin, and return the ErrorID of the block."""
         self["Axes"], self["ReturnToOrigin.Timeout"] = axes, "T#2s"
         return self.execute("ReturnToOrigin")
 
     def settle(self) -> ChapterCell:
-        """Power on: SI(00) and SI(06) ON and answered."""
+        """Power on, and wait until SI(00) and SI(06) are ON and answered."""
         self.cell.run_until(lambda: self["Robot.Settled"] is True, within="2s")
         self.run("200ms")
         return self
 
     def servo_on(self) -> ChapterCell:
-        """Power on and the servos on."""
+        """Power on, and switch the servos on."""
         self.settle()
         assert self.execute("ServoOn") == 0
         return self
 
     def program(self) -> ChapterCell:
-        """Power on, the servos on, and the program running."""
+        """Power on, switch the servos on, and start the program."""
         self.servo_on()
         assert self.execute("ProgramReset") == 0
         assert self.execute("AutoStart") == 0
         return self
 
     def from_now(self) -> int:
-        """Let what is under way come to rest; the time from which `steps` is to look."""
+        """Wait until the cell is idle, and return the time from which `steps` should begin."""
         self.run("500ms")
         return self.cell.now_us
 
     def steps_of(self, block: str) -> list[str]:
-        """Let a block end without an error; what changed from its start until all is at rest."""
+        """Run a block to its end without an error; return the changes until the cell is idle."""
         since = self.from_now()
         assert self.execute(block) == 0
         self.from_now()

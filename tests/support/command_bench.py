@@ -1,4 +1,4 @@
-"""A PLC with many command blocks, of which one is called; the test plays the controller."""
+"""A PLC with many command blocks, of which it calls one; the test plays the controller."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ BLOCKS: Mapping[str, Block] = {
     name: block for name, block in library().blocks.items() if not block.handwritten
 }
 
-#: Number of blocks in a program: with more, each takes longer; with fewer, all together do.
+#: Number of blocks in a program. Larger programs run slowly, and more programs take longer to
+#: compile.
 _TOGETHER = 24
 
 
@@ -24,7 +25,7 @@ class CommandBench(PlcBench):
     """Command blocks between FB_ReadArea and FB_WriteArea, with the controller up.
 
     Args:
-        names: The blocks; `choose` says which of them is called.
+        names: The blocks; `choose` selects the block that is called.
         engine: `matiec` or `builtin`.
     """
 
@@ -34,13 +35,13 @@ class CommandBench(PlcBench):
         with tempfile.TemporaryDirectory() as folder:
             program = Path(folder) / "Bench.st"
             program.write_text(_program(names), encoding="utf-8")
-            # their contract is judged by tests/contract; here a restore would confuse the monitor
+            # tests/contract checks the contract; a restore would confuse the monitor here
             super().__init__(program=program, engine=engine, contract=False)
         self.power_up()
         self._start = self.program.snapshot(), self.now_us, bytes(self.so)
 
     def choose(self, name: str) -> None:
-        """Go back to the start with all pins at their defaults, and call this block from now on."""
+        """Return to the start with all pins at their defaults, and call this block from now on."""
         snapshot, self.now_us, so = self._start
         self.program.restore(snapshot)
         self.so[:] = so
@@ -54,7 +55,7 @@ class CommandBench(PlcBench):
 
     @property
     def instance(self) -> str:
-        """Name of the instance."""
+        """Return the name of the block's instance."""
         return _instance(self._block)
 
     @property
@@ -78,7 +79,7 @@ class CommandBench(PlcBench):
     def send(self, pins: Mapping[str, Value]) -> list[int]:
         """Set pins, give a rising edge, and return the 16 words once the code is on the wire.
 
-        The data of another command are in the words before.
+        Before that, the words contain data of another command.
         """
         self["Robot.Inner.Data"] = [0xFFFF] * 15
         self.set({**pins, "Execute": True})
@@ -92,7 +93,7 @@ class CommandBench(PlcBench):
         self.scan()
 
     def finish(self) -> None:
-        """Let the PLC reset Execute, and the controller become ready."""
+        """Reset Execute in the PLC, and let the controller become ready."""
         self.set({"Execute": False})
         self.answer(0)
         self.scan(2)

@@ -1,7 +1,7 @@
-"""A second, independent model of a remote command behind an Execute pin.
+"""A second, independent model of a block that sends a remote command at a rising edge.
 
-One call of `scan` is one call of the block. Written from the remote command guide, chapters 1 and
-2, and the heads of the blocks, without timers; see head_rules for the outputs. Times are in
+One call of `scan` is one call of the block. The model follows the remote command guide, chapters 1
+and 2, and the heads of the blocks, and has no timers; see head_rules for the outputs. Times are in
 milliseconds of PLC time.
 """
 
@@ -16,19 +16,19 @@ _TICKETS = 1 << 16
 
 @dataclass
 class RobotView:
-    """What a command block sees of the robot, and what it asks for.
+    """The robot as a command block sees it, and the block's requests.
 
     Attributes:
-        now: Time of the scan.
+        now: Time of this scan.
         last: Time of the scan before.
         connected: The link is up.
         cpu_ok: SO(01).
         status: The remote status.
         alarm: The first two words of the response.
-        out: A code is on the wire since the last scan.
-        running: It has been answered with a status.
+        out: A code has been on the wire since the last scan.
+        running: The code has been answered with a status.
         channel: The turns of the command channel.
-        asking: The block that asks for its command in this scan.
+        asking: The block that requests its command in this scan.
     """
 
     now: int = 0
@@ -45,11 +45,11 @@ class RobotView:
 
 @dataclass
 class CommandRule:
-    """A block: its pins are set as attributes, its outputs read as such.
+    """A block, whose pins are attributes.
 
     Attributes:
-        refused: ErrorID of its inputs; 0 where they are legal.
-        ended: The last call ended the work.
+        refused: ErrorID of its inputs; 0 if they are legal.
+        ended: The last call ended the job.
     """
 
     execute: bool = False
@@ -110,7 +110,7 @@ class CommandRule:
             view.asking = self
 
     def _ends(self, view: RobotView, skipped: bool) -> int | None:
-        """Return the ErrorID with which the work ends now, 0 for Done, or None if it continues."""
+        """Return the ErrorID of a job that ends in this scan, 0 for Done, or None to continue."""
         late = self._limit > 0 and self._since is not None
         late = late and view.now - (self._since or 0) >= self._limit
         fallen = view.status == 0 and view.running
@@ -131,7 +131,7 @@ class CommandRule:
         channel = view.channel
         if self.active:
             answered = view.status in (0x0200, 0x4000) or (view.status == 0 and view.running)
-            there = view.connected and view.cpu_ok  # else the code is withdrawn in this scan
+            there = view.connected and view.cpu_ok  # otherwise the code is withdrawn in this scan
             if view.out and there and not (self._armed and answered):
                 channel.orphan = True
             else:

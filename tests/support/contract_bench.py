@@ -1,4 +1,4 @@
-"""One block between FB_ReadArea and FB_WriteArea runs its cases; the test plays the robot.
+"""A block between FB_ReadArea and FB_WriteArea runs its cases; the test plays the robot.
 
 Every scan is checked by rcx_harness.watch.contract.ContractMonitor and by contract_rules.Rules.
 """
@@ -35,9 +35,9 @@ from structured_text.projects.needed import needed
 
 #: Longest time from the end of the last wait to a block's end, including input pacing [scans].
 _MOST_END_SCANS = 30
-#: Longest time until all requests are withdrawn and all turns are free [scans].
+#: Longest time until all requests are withdrawn and no block has the turn [scans].
 _MOST_RELEASE_SCANS = 45
-#: Scans of an enabled level block.
+#: Number of scans in which a level block is enabled.
 _ENABLED = 18
 #: Duration of an undisturbed command, from the edge to its end [scans].
 _PROMPT = 8
@@ -59,9 +59,9 @@ _STARTS: dict[str, Start] = {
     "FB_PowerUp": Start(missing=("SO01", "SO04", "SO10")),
     "FB_ServoOn": Start(),
 }
-#: Sequences that begin while a block holds SI(00) or SI(06) OFF.
+#: Sequences that begin while another block holds SI(00) or SI(06) OFF.
 _HELD = {"FB_ServoOnFromEmergencyStop": "HoldEmergency", "FB_ProgramContinue": "HoldStop"}
-#: Codes of blocks that contain other command blocks; here each sends one command.
+#: Codes of blocks that contain other command blocks. Each of these sends one command here.
 _CODES = {
     "FB_MoveTable": {0x0001},
     "FB_PointBackup": {0x101},
@@ -88,7 +88,7 @@ BLOCKS: tuple[str, ...] = (*library().edge, *library().level)
 
 _ALARM = ("AlarmGroup", "AlarmCategory")
 
-#: SO(00), SO(02), SO(03) in byte 32, and their values if movements are allowed.
+#: SO(00), SO(02), SO(03) in byte 32, and their values when movements are allowed.
 _STOP_OUTPUTS, _READY = 0b1101, 0b0100
 
 _PROGRAM = """PROGRAM Contract
@@ -109,7 +109,7 @@ END_PROGRAM
 
 
 class ContractBench:
-    """A block that is ready to begin.
+    """A block that is ready to start.
 
     Args:
         block: Its type.
@@ -195,7 +195,7 @@ class ContractBench:
 
     @property
     def _judged(self) -> bytes:
-        """What was written, without the general-purpose words and bits of the block."""
+        """Return the written area without the general-purpose words and bits of the block."""
         if self.block not in _GENERAL:
             return self._si
         return self._si[:4] + bytes(12) + self._si[16:34] + bytes(1) + self._si[35:]
@@ -263,7 +263,7 @@ class ContractBench:
         self._scan(False)
 
     def _expect(self, case: Case, pins: Pins) -> None:
-        """Check how the block ends in a case without an event."""
+        """Check the end of the block in a case without an event."""
         if case.event is not NONE:
             return
         if case.signal:
@@ -280,7 +280,7 @@ class ContractBench:
         return SCENARIOS[self.block].waits if self.block in SCENARIOS else 1
 
     def _come_to_rest(self, case: Case) -> None:
-        """Execute is FALSE, all causes go: nothing starts, and all turns become free."""
+        """Reset Execute, remove all causes, and check that nothing starts and no turn is taken."""
         case.event.set(self, False)
         self.player.be_normal()
         self.connected, self.safe = True, (True, True)

@@ -1,4 +1,4 @@
-"""The product of Execute patterns, answers and moments that every block is put through."""
+"""The cases of every block: all combinations of Execute patterns, answers and moments."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ if TYPE_CHECKING:
     from contract_bench import ContractBench
 
 
-#: Scan, and the scan in which the block ended (-1: not yet), to Execute.
+#: Maps the scan, and the scan in which the block ended (-1: not yet), to Execute.
 Shape = Callable[[int, int], bool]
 
 
 class Pattern(NamedTuple):
-    """The course of Execute or Enable."""
+    """The values of Execute or Enable over the scans."""
 
     name: str
     on: Shape
 
 
 def _while_busy(shape: Callable[[int], bool]) -> Shape:
-    """Return `shape` until the end; if it is TRUE then, it stays TRUE for two more scans."""
+    """Return `shape` until the block ends. If it is TRUE then, it stays TRUE for two more scans."""
     return lambda scan, ended: shape(scan) and (ended < 0 or scan <= ended + 2)
 
 
@@ -35,7 +35,7 @@ TOGGLED = Pattern("toggled every scan", lambda scan, ended: scan % 2 == 0 and en
 AT_THE_END = Pattern(
     "raised in the scan after the end", lambda scan, ended: scan == 0 or 0 <= ended == scan - 1
 )
-#: Scans by which the controller answers later than at once.
+#: Delays of the controller's answers [scans].
 _DELAYS = (0, 2)
 #: In a sequence of this length or more, the patterns alternate [scans].
 _LONG = 20
@@ -47,7 +47,7 @@ def _dropped(at: int) -> Pattern:
 
 
 class Event(NamedTuple):
-    """An event in the cell; it lasts until the block has ended, or for some scans."""
+    """An event in the cell that lasts until the block has ended, or for some scans."""
 
     name: str
     set: Callable[[ContractBench, bool], None]
@@ -112,7 +112,7 @@ class Case(NamedTuple):
         pattern: The course of Execute.
         fate: The course of a remote command.
         signal: The answering output that `shown` is about; empty for none.
-        shown: How this output is shown.
+        shown: The way in which this output is shown.
         delay: Scans by which the controller answers later than at once.
         event: An additional event in the cell.
         at: Scan of the event, counted from the rising edge of Execute.
@@ -152,7 +152,7 @@ def sequence_cases(signals: Sequence[str], length: int) -> list[Case]:
 def level_cases(signal: str) -> list[Case]:
     """Return the cases of a level block.
 
-    `signal`: its answering output, or `Status` for a command.
+    `signal` is its answering output, or `Status` for a command.
     """
     patterns = [HELD, ONE_SCAN, TOGGLED, *map(_dropped, range(2, 12))]
     events = [

@@ -1,4 +1,4 @@
-"""A small robot controller for thousands of runs: it answers as each case demands."""
+"""A small robot controller for thousands of runs that gives the answers of a case."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Sequence
 from typing import NamedTuple
 
-#: Longer than the Timeout of the blocks, shorter than twice of it [scans].
+#: Longer than the Timeout of the blocks, shorter than twice the Timeout [scans].
 TOO_LATE = 14
 
 _ENDLESS = 1 << 30
@@ -22,7 +22,7 @@ class Fate(NamedTuple):
         end: The end status; 0x0000 for a command that is lost.
         response: Words that come with the end status.
         reset: Scans for which the end status stays after the code 0x0000.
-        stale: Scans with the status 0x0200 from the beginning on, that nobody has requested.
+        stale: Scans from the start with a status 0x0200 that was not requested.
         error: ErrorID of the end, if nothing else happens; 0x0000 for Done.
     """
 
@@ -66,13 +66,13 @@ SIGNAL_FATES = ("normal", "late", "too late", "never", "withdrawn", "flickering"
 _LATE = 3
 _JOG = (0x020, 0x021, 0x022)
 _CONTINUOUS = (0x505, 0x506)
-#: One bit of an output port, and a port: here they are the same.
+#: A bit of an output port and a whole port; both have the same form here.
 _WRITE, _READ = 0x301, 0x304
 _OUTPUTS = 34
 
 
 def bit(signal: str) -> int:
-    """Return the bit of `SO13` in the word of the dedicated bits."""
+    """Return the bit of an output such as `SO13` in the word of dedicated outputs."""
     return 1 << (8 * int(signal[2]) + int(signal[3]))
 
 
@@ -81,11 +81,11 @@ _AUTO, _ORIGIN, _SEQUENCE, _RUNS, _RESET = (bit(f"SO1{k}") for k in range(5))
 
 
 class Start(NamedTuple):
-    """State of the controller as a case begins.
+    """State of the controller at the start of a case.
 
     Attributes:
-        outputs: Dedicated outputs that are ON beyond CPU_OK, MP RDY and AUTO mode.
-        missing: SO01, SO04 and SO10 as far as they are OFF at first and come ON by themselves.
+        outputs: Dedicated outputs that are ON besides CPU_OK, MP RDY and AUTO mode.
+        missing: Those of SO01, SO04 and SO10 that are OFF at first and turn ON by themselves.
     """
 
     outputs: tuple[str, ...] = ()
@@ -99,13 +99,13 @@ class Start(NamedTuple):
 
 
 class Player:
-    """The controller: one call per scan, the area written in, the area to be read out.
+    """The controller: each call of `step` takes the written area and returns the area to read.
 
     Attributes:
-        emergency: An emergency stop is on that does not come from SI(00).
+        emergency: An emergency stop is active that does not come from SI(00).
         alarm: An alarm comes with the next call.
         cpu_ok: FALSE: the controller is not in its normal state.
-        auto: FALSE: the AUTO mode is left.
+        auto: FALSE: the controller is not in AUTO mode.
         takes_jobs: A robot program takes jobs of FB_ProgramCall, and completes them at once.
     """
 
@@ -119,8 +119,8 @@ class Player:
             start: State from which it begins.
             fate: The course of commands.
             signal: The dedicated output that `shown` is about; empty for none.
-            shown: How that output is shown, one of SIGNAL_FATES.
-            delay: Scans by which all that the PLC writes arrives late.
+            shown: The way in which that output is shown, one of SIGNAL_FATES.
+            delay: Number of scans by which the PLC's data arrive late.
         """
         self._bits = self._first = start.word
         self._fate = fate
@@ -145,7 +145,7 @@ class Player:
         self._si = inputs
 
     def be_normal(self) -> None:
-        """Remove all faults, and answer promptly and normally from now on."""
+        """Remove all faults, and answer normally and at once from now on."""
         self._fate, self._shown, self._stale = FATES[0], "normal", 0
         self._lag = deque(self._lag, 1)
         self.emergency = self.alarm = False
@@ -175,7 +175,7 @@ class Player:
         return shown + bits.to_bytes(2, "little") + bytes(general)
 
     def _job(self, ticket: int, strobe: int) -> int:
-        """Return SO(20) and SO(21): a job is acknowledged, and complete, while the strobe is ON."""
+        """Return SO(20) and SO(21): while the strobe is ON, a job is acknowledged and complete."""
         if strobe and not self._taken:
             self._ticket = ticket
         self._taken = bool(strobe)
@@ -247,7 +247,7 @@ class Player:
         self._bits = bits | _SEQUENCE if inputs & 1 << 8 else bits & ~_SEQUENCE
 
     def _masked(self) -> int:
-        """Return the outputs as they are shown in this case."""
+        """Return the outputs that the controller shows in this case."""
         if self._shown == "normal" or not (self._bits ^ self._first) & self._mask:
             self._gone = 0
             return self._bits

@@ -1,7 +1,7 @@
-"""Rules for every scan, about the words on the wire and the pins of one block.
+"""Rules that each scan must obey, for the words on the wire and the pins of one block.
 
-Written from the manual and the design, and independent of rcx_harness.watch.wire, which watches
-cells. The program is scanned every SCAN_US, with a Margin of 20 ms.
+The rules follow the manual and the design. They are independent of rcx_harness.watch.wire, which
+watches cells. The program is scanned every SCAN_US, with a Margin of 20 ms.
 """
 
 from __future__ import annotations
@@ -10,14 +10,14 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 SCAN_US = 40_000
-#: Time between two changes of dedicated inputs as written: 100 ms + the margin.
+#: Time between two changes of dedicated inputs in the written area: 100 ms + the margin.
 SPACING_US = 120_000
 #: Timeout of the blocks, in scans.
 TIMEOUT_SCANS = 10
 
 #: SI(00), SI(01), SI(06), SI(10), SI(12), SI(14) to SI(17): the inputs that exist.
 _INPUTS = 0b1111_0101_0100_0011
-#: SI(00) and SI(06): switching them off is never held back.
+#: SI(00) and SI(06), which are switched off without delay.
 _SAFETY = 0b0100_0001
 #: Inputs that sequences request.
 REQUESTS = _INPUTS & ~_SAFETY
@@ -25,12 +25,12 @@ _ENDS = (0x0200, 0x4000)
 _JOG = (0x020, 0x021, 0x022)
 _CONTINUOUS = (0x505, 0x506)
 
-#: Every ErrorID that an edge-triggered block may end with on this bench.
+#: Every ErrorID with which an edge-triggered block may end on this bench.
 CODES = frozenset({*range(0x8001, 0x800D), *range(0x8010, 0x8016), 0x8020, *range(0x8080, 0x8086)})
 
 
 class Pins(NamedTuple):
-    """Outputs of a block; of a level block Valid as `done`."""
+    """Outputs of a block; Valid of a level block is `done`."""
 
     busy: bool
     done: bool
@@ -52,9 +52,9 @@ class Subject(NamedTuple):
     Attributes:
         codes: Remote commands that it may send; empty for a sequence.
         level: It works while Enable is TRUE.
-        patient: It waits for the connection, and does not end without it.
+        patient: The block waits for the connection and does not end without it.
         means: Dedicated outputs that Done (Valid) stands for, as mask and value.
-        legal: Is a telegram, given as its 16 words, legal?
+        legal: Returns whether a telegram of 16 words is legal.
         several: It sends several commands for one rising edge.
         ahead: Scans of work before its code goes out.
     """
@@ -80,7 +80,7 @@ class Rules:
         self.begin(bytes(48), Pins(False, False, False, 0))
 
     def begin(self, si: bytes, pins: Pins) -> None:
-        """Start from a quiet state that has lasted."""
+        """Start from a quiet state that has lasted for a long time."""
         self._si, self._pins = si, pins
         self._scan = 0
         self._changed = self._live = -TIMEOUT_SCANS
@@ -102,10 +102,10 @@ class Rules:
         start: bool,
         pins: Pins,
     ) -> str:
-        """Judge one scan.
+        """Check one scan.
 
         Args:
-            so: The area that was there to be read.
+            so: The area that the program read.
             si: The area written.
             connected: The status of the scanner.
             safe: The pins EmergencyStopOk and StopOk.
@@ -113,7 +113,7 @@ class Rules:
             pins: The block's outputs after the scan.
 
         Returns:
-            The first thing that is wrong, or nothing.
+            The first error, or an empty text.
         """
         self._scan += 1
         live = connected and bool(so[32] & 2)
@@ -227,7 +227,7 @@ class Rules:
         return self._end(so, status, connected, live, pins)
 
     def _still(self, si: bytes, status: int, connected: bool, live: bool) -> str:
-        """Return the error although the block continues to be Busy; empty if nothing is."""
+        """Return the reason for which the block may not stay Busy, or an empty text."""
         if not connected and not self.subject.patient:
             return "Busy without a connection"
         if not self.subject.codes:

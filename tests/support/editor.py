@@ -1,4 +1,4 @@
-"""An editor that debugs: sends requests of the Debug Adapter Protocol, waits for what comes."""
+"""A debugging editor that sends Debug Adapter Protocol requests and waits for messages."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from rcx_harness.cli.debug import launched
 from structured_text.debug.protocol import Client
 from structured_text.debug.session import Session
 
-#: Longest wait [s]; a test that would hang fails instead.
+#: Longest wait [s], after which a hanging test fails.
 _LONGEST = 60
 
 
 class RefusedError(Exception):
-    """A request that was answered with a message for the user."""
+    """An error for a request that was answered with a message for the user."""
 
 
 class _Mail:
@@ -40,7 +40,7 @@ class _Mail:
         return len(data)
 
     def flush(self) -> None:
-        """Do nothing: the stream has no buffer."""
+        """Do nothing, because the stream has no buffer."""
 
 
 class Editor:
@@ -67,7 +67,7 @@ class Editor:
         self.exit_code = self.session.run()
 
     def request(self, command: str, **arguments: Any) -> dict[str, Any]:
-        """Ask for something.
+        """Send a request.
 
         Returns:
             The body of the answer.
@@ -84,7 +84,7 @@ class Editor:
         return found.get("body") or {}
 
     def answer_to(self, message: dict[str, Any]) -> dict[str, Any]:
-        """Send any message; the answer to it, as it comes."""
+        """Send any message, and return the complete answer."""
         self._client.inbox.put(message)
         while True:
             found = self._next()
@@ -105,7 +105,7 @@ class Editor:
             self.output.append(found["body"]["output"].rstrip("\n"))
         return found
 
-    # --- what is done often ---
+    # --- frequent actions ---
 
     def start(
         self, breakpoints: Mapping[str | Path, list[Any]] | None = None, **launch: Any
@@ -137,7 +137,7 @@ class Editor:
         return self.event("stopped")
 
     def stack(self, thread: int = 1) -> list[tuple[str, int]]:
-        """Return the titles and lines of the stack, the innermost first."""
+        """Return the titles and lines of the stack, beginning with the innermost frame."""
         frames = self.request("stackTrace", threadId=thread)["stackFrames"]
         return [(one["name"], one["line"]) for one in frames]
 
@@ -155,7 +155,7 @@ class Editor:
         return str(self.request("evaluate", **asked)["result"])
 
     def say(self, text: str) -> str:
-        """Type something into the console."""
+        """Enter a line in the console."""
         return self.value(text, context="repl")
 
     def scope(self, name: str, level: int = 0, thread: int = 1) -> dict[str, dict[str, Any]]:
@@ -171,7 +171,7 @@ class Editor:
         return {one["name"]: one for one in self.request("variables", **asked)["variables"]}
 
     def close(self) -> None:
-        """End the session; the adapter ends with it."""
+        """End the session, and with it the adapter."""
         self._client.inbox.put(None)
         self._thread.join(_LONGEST)
         assert not self._thread.is_alive(), "the adapter goes on without a client"

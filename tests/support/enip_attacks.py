@@ -1,4 +1,4 @@
-"""A hostile peer of the EtherNet/IP adapter, whose attacks are drawn from one seed."""
+"""A hostile peer of the EtherNet/IP adapter that draws its attacks from a seed."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from random import Random
 
 from enip_frames import HEADER, READ_ONLY, frame, mutate, valid_frames
 
-#: The address attacks come from; the peers that behave have others.
+#: Source address of attacks. Well-behaved peers have other addresses.
 ATTACKER = "127.0.0.3"
-#: Longest wait for an answer or for the end of a connection [s]; only a failure takes it.
+#: Longest wait for an answer or for the end of a connection [s]. Only a failure takes this long.
 _PATIENCE_S = 20.0
 _STATUSES = {0x00, 0x01, 0x02, 0x03, 0x64, 0x65, 0x69}
 _HELD = 20
 _SEND_RR = 0x6F
-#: After header, interface and time-out, number of items, empty address, data's type and length.
+#: After the header: interface and time-out, number of items, empty address, data type and length.
 _GENERAL_STATUS_AT = HEADER.size + 6 + 2 + 4 + 4 + 2
 
 
 @dataclass(frozen=True)
 class Target:
-    """The addresses at which the adapter listens, and what the attacker knows of it.
+    """The adapter's addresses and the connection ids that the attacker knows.
 
     Attributes:
         explicit: Host and port of explicit messages, TCP and UDP.
@@ -52,7 +52,7 @@ class Report:
     grown_kib: int = 0
 
     def text(self) -> str:
-        """Return three lines for a reader."""
+        """Return a readable summary of three lines."""
         kinds = ", ".join(f"{name} {number}" for name, number in sorted(self.attacks.items()))
         answers, replies = (
             ", ".join(f"0x{one:02X} {number}" for one, number in sorted(found.items()))
@@ -67,11 +67,11 @@ class Report:
 
 
 class _NotTakenError(Exception):
-    """The adapter takes no more connections from this peer."""
+    """The adapter accepts no more connections from this peer."""
 
 
 class Attacker:
-    """One peer that makes every kind of attack."""
+    """A peer that makes every kind of attack."""
 
     def __init__(self, target: Target, draw: Random, report: Report) -> None:
         self._target, self._draw, self._report = target, draw, report
@@ -95,12 +95,12 @@ class Attacker:
             kind()
 
     def close(self) -> None:
-        """Let go of all connections."""
+        """Close all connections."""
         for one in (*self._held, *(one for one, _ in self._slow), self._udp):
             one.close()
 
     def _connect(self, receive_buffer: int = 0) -> socket.socket:
-        """Return a connection, unless the adapter takes no more from this peer."""
+        """Return a connection, unless the adapter accepts no more from this peer."""
         made = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         try:
             made.settimeout(_PATIENCE_S)
@@ -128,7 +128,7 @@ class Attacker:
         return int(HEADER.unpack_from(answer)[2]) if len(answer) == HEADER.size + 4 else 0
 
     def _mutated(self) -> None:
-        """Send damaged frames in a session; all answers must be whole frames."""
+        """Send damaged frames in a session, and check that all answers are whole frames."""
         with self._connect() as peer:
             session = self._register(peer)
             frames = valid_frames(self._draw, session)
@@ -202,7 +202,7 @@ class Attacker:
             peer.setblocking(False)
             data = self._draw.choice(READ_ONLY) * 100
             self.last = data[:24]
-            with suppress(OSError):  # full at last, or the adapter has closed it
+            with suppress(OSError):  # buffers full or connection closed
                 for _ in range(40):
                     peer.send(data)
 
@@ -211,7 +211,7 @@ class Attacker:
         self._send_to(mutate(self._draw, self._draw.choice(valid_frames(self._draw, 0))))
 
     def _udp_cyclic(self) -> None:
-        """Send datagrams to the cyclic port, most of them with the running connection's ids."""
+        """Send datagrams to the cyclic port, most of them with ids of the running connection."""
         number = self._draw.choice((*self._target.ids, self._draw.randrange(1 << 32)))
         data = struct.pack("<HI", self._draw.randrange(0x10000), self._draw.choice((1, 0, 3)))
         data += self._draw.randbytes(48)
@@ -230,11 +230,11 @@ class Attacker:
 
     def _send_all(self, peer: socket.socket, data: bytes) -> None:
         self.last = data
-        with suppress(ConnectionError):  # closed, as it may be
+        with suppress(ConnectionError):  # closed, which is allowed
             peer.sendall(data)
 
     def _take_answers(self, peer: socket.socket) -> None:
-        """End the sending direction; all that the adapter sends until its close must be frames."""
+        """Stop sending, and check that all answers until the connection closes are frames."""
         with suppress(OSError):
             peer.shutdown(socket.SHUT_WR)
         data = b""
@@ -242,7 +242,7 @@ class Attacker:
             while piece := peer.recv(65536):
                 data += piece
         except ConnectionError:
-            return  # reset: what was under way is lost with it
+            return  # a reset discards data under way
         except TimeoutError:
             raise AssertionError("a connection that has ended is not closed") from None
         self._report.silent += not data

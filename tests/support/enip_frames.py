@@ -1,6 +1,6 @@
-"""EtherNet/IP frames as an attacker sends them: valid frames of every kind, and damaged ones.
+"""EtherNet/IP frames of an attacker: valid frames of every kind, and damaged frames.
 
-Written with `struct` alone, so that an error in the harness's own encoders cannot hide here.
+They are made with `struct` alone, so that an error in the harness's own encoders cannot hide here.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ _BORDERS = (0, 1, 0x7F, 0x80, 0xFF, 0x7FFF, 0x8000, 0xFFFF)
 
 
 def frame(command: int, data: bytes = b"", session: int = 0, options: int = 0) -> bytes:
-    """Return an encapsulation frame whose length is right."""
+    """Return an encapsulation frame with a correct length."""
     return HEADER.pack(command, len(data), session, 0, b"fuzzing!", options) + data
 
 
@@ -35,9 +35,10 @@ def forward_open(
     transport: int = 0x01,
     multiplier: int = 5,
 ) -> bytes:
-    """Return a Forward Open, or a Large one. `sizes` are those of the wire, with count and header.
+    """Return a Forward Open, or a Large Forward Open.
 
-    The originator is vendor 0xBAD, serial number 0xBADBAD.
+    `sizes` are those on the wire, with count and header. The originator is vendor 0xBAD, serial
+    number 0xBADBAD.
     """
     path = bytes((0x20, 0x04, 0x24, 0x01, 0x2C, points[0], 0x2C, points[1]))
     kind, form = (0x4800 << 16, "I") if large else (0x4800, "H")
@@ -56,7 +57,10 @@ def _forward_close(serial: int) -> bytes:
 
 
 def _messages(draw: Random) -> list[bytes]:
-    """Return CIP requests of every kind. An owner makes the adapter refuse Set and Reset."""
+    """Return CIP requests of every kind.
+
+    With a connected owner, the adapter refuses Set and Reset.
+    """
     inner = b"\x0e\x03\x20\x04\x24\x64\x30\x03"
     unconnected_send = b"\x52\x02\x20\x06\x24\x01" + struct.pack("<BBH", 3, 250, len(inner))
     serial = draw.randrange(1, 0xFFFF)
@@ -83,7 +87,7 @@ def _messages(draw: Random) -> list[bytes]:
 
 
 def valid_frames(draw: Random, session: int) -> list[bytes]:
-    """Return one valid frame of every kind; some of their values are random."""
+    """Return one valid frame of every kind, partly with random values."""
     unit_items = struct.pack("<HHHIHHH", 2, 0x00A1, 4, draw.randrange(1 << 32), 0x00B1, 8, 1)
     unit = struct.pack("<IH", 0, 0) + unit_items + b"\x01\x02\x20\x01\x24\x01"
     return [
@@ -99,12 +103,12 @@ def valid_frames(draw: Random, session: int) -> list[bytes]:
     ]
 
 
-#: Frames a peer may send any number of times without a change to the device.
+#: Frames that a peer may send any number of times without changing the device.
 READ_ONLY = (frame(_LIST_IDENTITY), frame(_LIST_SERVICES), frame(_LIST_INTERFACES))
 
 
 def mutate(draw: Random, good: bytes) -> bytes:
-    """Damage a frame in one to four ways; sometimes return it unchanged."""
+    """Damage a frame in one to four ways. Some frames stay unchanged."""
     data = bytearray(good)
     for _ in range(draw.choice((0, 1, 1, 1, 2, 4))):
         way = draw.randrange(8)
@@ -117,9 +121,9 @@ def mutate(draw: Random, good: bytes) -> bytes:
             del data[at:]
         elif way == 3:
             data[at:at] = draw.randbytes(draw.randrange(1, 40))
-        elif way == 4 and len(data) >= 4:  # the frame's own length
+        elif way == 4 and len(data) >= 4:  # the length of the frame itself
             struct.pack_into("<H", data, 2, draw.choice((*_BORDERS, draw.randrange(0x10000))))
-        elif way == 5 and at + 2 <= len(data):  # a length or a number further in
+        elif way == 5 and at + 2 <= len(data):  # a length or number further inside
             struct.pack_into("<H", data, at, draw.choice(_BORDERS))
         elif way == 6:
             data += draw.randbytes(draw.choice((1, 600, 4000)))

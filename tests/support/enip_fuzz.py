@@ -34,11 +34,11 @@ from rcx_harness.enip.target.adapter import Adapter
 from structured_text.errors import InputError
 from structured_text.output.units import parse_us
 
-#: The master of the robot; packets of its connection must come from there.
+#: The robot's master. Packets of its connection must come from this address.
 MASTER = "127.0.0.2"
 TO_MASTER = bytes(range(48, 96))
 TO_ROBOT = bytes(range(48))
-#: Longest wait for a packet of the master [s]; only a failure takes it.
+#: Longest wait for a packet of the master [s]. Only a failure takes this long.
 _PATIENCE_S = 20.0
 _CHECK_EVERY = 20
 #: Allowed growth of the adapter's processes after the first hundred attacks [KiB].
@@ -46,12 +46,12 @@ _GROWTH_KIB = 24_000
 
 
 class FuzzFailure(AssertionError):  # noqa: N818 - a failed assertion
-    """The adapter did what it must not do."""
+    """The adapter broke one of the rules above."""
 
 
 @dataclass
 class Bench:
-    """The adapter under attack and the two peers that behave."""
+    """The adapter under attack and two well-behaved peers."""
 
     adapter: Adapter
     scanner: Scanner
@@ -60,7 +60,7 @@ class Bench:
     received: int = 0
 
     def target(self) -> Target:
-        """Return what an attacker can know of the adapter."""
+        """Return the data that an attacker can know of the adapter."""
         connection = self.scanner.connection
         assert connection is not None
         host, port = self.adapter.address
@@ -157,7 +157,7 @@ def fuzz(
 
 @contextmanager
 def _standard_error_into(file: Path) -> Iterator[None]:
-    """Redirect the standard error of processes started meanwhile into this file."""
+    """Redirect the standard error of processes that start in the meantime into this file."""
     sys.stderr.flush()
     before = os.dup(2)
     with file.open("wb") as opened:
@@ -198,7 +198,7 @@ def _duration(text: str) -> int:
 
 
 def main() -> int:
-    """Run `make fuzz`."""
+    """Run the command line of `make fuzz`."""
     parser = argparse.ArgumentParser(description="Attack the EtherNet/IP adapter.")
     parser.add_argument(
         "--for", dest="duration_us", type=_duration, default="60s", help="how long, e.g. 10s"

@@ -1,6 +1,7 @@
 """The block and the pins for each worked example of the guide.
 
-Written by hand next to tests/data/worked_examples.toml, whose head explains the keys.
+The tables are written by hand for tests/data/worked_examples.toml. The head of that file explains
+the keys.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from structured_text.engines.base import Value
 Pins = dict[str, Value]
 Meaning = Mapping[str, Callable[[Any], Pins]]
 
-#: The block of each example, from the number of the first of a line on.
+#: The block of each example. A line begins with the number of its first example.
 _NAMES = {
     # 4.2.1, 4.2.2
     1: "MovePtp MoveArch MoveLinear MoveCircular MoveDirectMm MoveDirectPulses MoveIPtp",
@@ -47,7 +48,7 @@ _NAMES = {
     94: "SetDate SetTime RemoteAlarmReset ResetSystemData DefineRealTimeOutput ReadRealTimeOutput",
     100: "EnableRealTimeOutput",
 }
-#: Pins that only the example's heading gives, not `given`.
+#: Pins that are in the example's heading and not in `given`.
 _FROM_HEADING: dict[int, Pins] = {
     19: {"Frame": "JOG_PULSES"},
     20: {"Frame": "JOG_CARTESIAN"},
@@ -115,7 +116,7 @@ _GIVEN: Meaning = {
         second=TimeSecond word=OutputWord option1=Option1 option2=Option2 enabled=EnableOutput
         """
     ),
-    "axes": _nothing,  # all axes: Axes = 0, as for the blocks that know no others
+    "axes": _nothing,  # all axes: Axes = 0, as in blocks that have no other choice
     "speed_percent": lambda value: {"SpeedMode": "SPEED_PERCENT", "Speed": float(value)},
     "speed_mm_s": lambda value: {"SpeedMode": "SPEED_MM_S", "Speed": float(value)},
     "position_output": _one_of("PositionOutput", pulses="POSITION_PULSES", mm="POSITION_MM"),
@@ -172,7 +173,7 @@ _GIVEN_TO: dict[str, Meaning] = {
         },
         "value": lambda value: {"BitValue": value == 1},
     },
-    "FB_ReadProgramInfo": {"method": _nothing},  # the block is the method
+    "FB_ReadProgramInfo": {"method": _nothing},  # the block itself is the method
     "FB_ReadTorqueOfMax": _TORQUE,
     "FB_ReadTorqueOfRated": _TORQUE,
 }
@@ -235,7 +236,7 @@ _ANSWER: Meaning = {
 #: Blocks in which a key means another output.
 _ANSWER_AT: dict[str, Meaning] = {
     "FB_ReadShift": {"data_mm": _to("ShiftMm")},
-    "FB_ReadHand": {  # data 1 comes with its scale and without
+    "FB_ReadHand": {  # data 1 is output both with and without its scale
         "data_mm": lambda values: {
             **dict(zip(("Data1", "Data2", "Data3"), values, strict=True)),
             "Data1Integer": round(values[0] * 1000),
@@ -247,12 +248,12 @@ _ANSWER_AT: dict[str, Meaning] = {
 
 
 def given_pins(name: str, given: Mapping[str, Any]) -> Pins:
-    """Return the inputs of a block for what an example orders; every key must have a meaning."""
+    """Return the inputs of a block for an example's request; every key must have a meaning."""
     return _pins(given, _GIVEN_TO.get(name, {}), _GIVEN)
 
 
 def answer_pins(name: str, answer: Mapping[str, Any]) -> Pins:
-    """Return the outputs of a block for what an example answers; every key must have a meaning."""
+    """Return the outputs of a block for an example's answer; every key must have a meaning."""
     return _pins(answer, _ANSWER_AT.get(name, {}), _ANSWER)
 
 

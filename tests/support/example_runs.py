@@ -1,4 +1,4 @@
-"""The examples as their README runs them, and their traces as recorded from matiec."""
+"""The examples, run as their README says, and their traces as recorded from matiec."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ EXAMPLES = list(examples().values())
 
 @dataclass(frozen=True)
 class Finished:
-    """An example after its run: the cell as it was left, and the chart of the run."""
+    """A finished example: its cell after the run, and the chart of the run."""
 
     cell: Cell
     chart: str
@@ -29,7 +29,7 @@ class Finished:
 
 @cache
 def finished(name: str, engine: str = "builtin") -> Finished:
-    """Run an example for the time of its command, once; the result must not be changed."""
+    """Run an example for the time in its command, once. The result must not be changed."""
     example = examples()[name]
     recorder = Recorder(chart_specs()[name]) if name in chart_specs() else None
     cell = example.build(engine, watch=recorder.watch if recorder else ())
@@ -40,14 +40,14 @@ def finished(name: str, engine: str = "builtin") -> Finished:
 
 
 def recorded_trace(example: Example) -> Path:
-    """Return the path of its trace, which was recorded from matiec."""
+    """Return the path of the example's trace, which was recorded from matiec."""
     return ROOT / "tests/data/traces/examples" / f"{example.name}.jsonl"
 
 
 def changes(lines: Iterable[str]) -> Iterator[str]:
     """Return the lines of a trace that show a change on the wire, without the first line.
 
-    The zeros at the end of an area are left out.
+    Zeros at the end of an area are left out.
     """
     before: dict[object, object] = {}
     for line in list(lines)[1:]:
@@ -65,4 +65,4 @@ def changes(lines: Iterable[str]) -> Iterator[str]:
 
 def _short(area: str) -> str:
     short = area.rstrip("0")
-    return short + "0" * (len(short) % 2) or area[:2]  # no area at all is something else
+    return short + "0" * (len(short) % 2) or area[:2]  # a missing area differs from an empty one

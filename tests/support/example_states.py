@@ -1,7 +1,7 @@
 """Controllers in the states of the worked examples, and their data afterwards.
 
-The keys are those that the head of tests/data/worked_examples.toml explains. All of these robots
-have 1000 pulses to the millimetre, so 0.001 mm is one pulse.
+The head of tests/data/worked_examples.toml explains the keys. All of these robots have 1000 pulses
+per millimetre, so 0.001 mm is one pulse.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from rcx_harness.robot.ports import port
 from rcx_harness.robot.stored import Hand, Pallet
 from robot_master import Master
 
-#: Every program has this many lines, and none of them ends within a test.
+#: Number of lines of every program. No program ends within a test.
 _STEPS = ("DELAY 60000",) * 120
 _ARMS = ("right", "left")
 _PARAMETERS = {259: "TOLE", 260: "OUTPOS"}
 _PLACES = {"C1O1": Place(1, 1, 3, 1)}
-#: Between two quarters of the motor's rotation, 4096 pulses each.
+#: A position between two quarters of the motor's rotation, which are 4096 pulses each.
 _BETWEEN_QUARTERS = 5000
 
 #: Keys of a state with the same name as in RobotConfig.
@@ -31,7 +31,7 @@ _SAME_NAME = ("inching_amount", "auto_speed", "manual_speed", "program_speed")
 
 
 def example_config(state: Mapping[str, Any], **knobs: Any) -> RobotConfig:
-    """Return a configuration with all that a state has stored.
+    """Return a configuration with all data that a state has stored.
 
     Args:
         state: State of an example.
@@ -56,7 +56,10 @@ def example_config(state: Mapping[str, Any], **knobs: Any) -> RobotConfig:
 
 
 def in_state(state: Mapping[str, Any], **knobs: Any) -> Master:
-    """Return a master whose controller is in this state; by default powered and servo on."""
+    """Return a master whose controller is in this state.
+
+    By default it is powered up with the servos on.
+    """
     config = example_config(state, **knobs)
     master = Master(**{name: getattr(config, name) for name in config.__dataclass_fields__})
     if state.get("motor_power") == "off":
@@ -129,7 +132,7 @@ def _register(master: Master, entries: list[Mapping[str, Any]]) -> None:
 
 
 def _set_history(master: Master, entries: Mapping[str, Mapping[str, str]]) -> None:
-    """Raise alarms, the newest first: if entry 10 is wanted, nine others are newer."""
+    """Raise alarms to give this history; if entry 10 is wanted, nine others follow it."""
     alarms = master.robot.alarms
     for number, entry in entries.items():
         alarms.note(entry["alarm"], master.now_us)

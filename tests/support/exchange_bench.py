@@ -1,7 +1,7 @@
-"""A device's class 1 connections without sockets: connections, packets, and their results.
+"""Class 1 connections of a device without sockets: connections, packets, and results.
 
-Times are microseconds. Connections are 48 bytes each way at 10 ms with the multiplier 2 (16
-intervals: 160 ms).
+Times are in microseconds. Connections have 48 bytes in each direction, 10 ms, and the multiplier 2
+(16 intervals: 160 ms).
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def multicast(one: ConnectionParameters, api_us: int = 10_000) -> ConnectionPara
 
 @dataclass
 class Device:
-    """An exchange, its packets (packet, address, code point), and the ends that it reported."""
+    """An exchange, its packets (packet, address, code point), and the ends that it has reported."""
 
     images: SharedImages
     role: Role = Role.TARGET
@@ -91,7 +91,7 @@ class Device:
         self.exchange = Exchange(self.images, lambda *end: self.ended.append(end), self.role)
 
     def poll(self, now_us: int) -> int | None:
-        """Let it send what is due, and end what has timed out."""
+        """Send packets that are due, and end connections that have timed out."""
         return self.exchange.poll(now_us, lambda *one: self.sent.append(one))
 
     def destinations(self) -> list[str]:

@@ -1,4 +1,4 @@
-"""A world of numbers for explorations, where each worker can import it."""
+"""A world of numbers for explorations, in a module that each worker can import."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from structured_text.explore.search import World
 
 
 class Choice(NamedTuple):
-    """A choice: double the number and add so much."""
+    """A choice that doubles the number and adds `add`."""
 
     number: int
 
@@ -25,12 +25,14 @@ EVERY = (Choice(0), Choice(1), Choice(2))
 
 @dataclass
 class Numbers(World[Choice]):
-    """From n to 2 n, 2 n + 1 and 2 n + 2, modulo a size; from 0 on it comes to all numbers.
+    """Steps from n to 2 n, 2 n + 1 and 2 n + 2, modulo a size.
+
+    From 0, all numbers are reached.
 
     Attributes:
         size: Number of states.
         broken: Rules that are broken by the step to a number.
-        refused: Numbers from which no step can be checked.
+        refused: Numbers for which `check` raises an error.
         deaths: A folder of files. Each step from 20 removes a file and kills its process.
     """
 
@@ -44,7 +46,7 @@ class Numbers(World[Choice]):
         return b"0"
 
     def choices(self, state: bytes) -> Sequence[Choice]:
-        """Return all choices in every state."""
+        """Return the same choices for every state."""
         return EVERY
 
     def step(self, state: bytes, choice: Choice) -> tuple[bytes, list[str]]:
@@ -56,6 +58,6 @@ class Numbers(World[Choice]):
         return b"%d" % following, [self.broken[following]] if following in self.broken else []
 
     def check(self, state: bytes, choice: Choice, following: bytes, random: Random) -> None:
-        """Refuse some numbers."""
+        """Raise an error for refused numbers."""
         if int(state) in self.refused:
             raise InputError(f"{state.decode()} is refused")

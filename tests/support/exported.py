@@ -1,4 +1,4 @@
-"""Exports for the tests, and the properties that must survive an export and an import."""
+"""Exports for the tests, and properties that an export and an import must preserve."""
 
 from __future__ import annotations
 
@@ -21,44 +21,44 @@ from structured_text.language.standard import FUNCTIONS
 from structured_text.projects.open import read_project
 from structured_text.projects.texts import st_texts
 
-#: The first example, and a block that needs what exports treat in a way of its own.
+#: The first example, and a block that exports treat specially.
 SAMPLE = [EXAMPLES[0].folder, Path(__file__).parents[1] / "export/data/FB_Sample.st"]
 
-#: Examples with what an export can lose: arrays of structures, words, texts, a block of the user's.
+#: Examples with features that an export can lose: arrays of structures, words, texts, user blocks.
 EXPORTED = [one for one in EXAMPLES if one.name[:2] in ("01", "02", "03", "06", "12")]
 
 
 def left_out(output: Output) -> tuple[str, ...]:
-    """Return the missing parts with their reasons, without the places."""
+    """Return the missing parts with their reasons, without their places."""
     return tuple(f"{one.what}: {one.why}" for one in output.missing)
 
 
 @cache
 def library() -> Sources:
-    """Return the library, read and checked once."""
+    """Return the library, which is read and checked once."""
     return sources_of()
 
 
 @cache
 def sample(*, whole: bool = False) -> Sources:
-    """Return `SAMPLE` with what it needs of the library, or with all of it."""
+    """Return the library parts that `SAMPLE` needs, or the whole library."""
     return sources_of(program=SAMPLE, only_needed=not whole)
 
 
 @cache
 def example_sources(name: str) -> Sources:
-    """Return an example with what it needs of the library."""
+    """Return an example with the library parts that it needs."""
     return sources_of(program=[examples()[name].folder], only_needed=True)
 
 
 @cache
 def written(target: str, *, whole: bool = False) -> Output:
-    """Return what a target makes of `sample`, made once."""
+    """Return the export of `sample` to a target, which is made once."""
     return TARGETS[target].write(sample(whole=whole))
 
 
 def imported(project: Path, folder: Path) -> list[Path]:
-    """Write a project as `rcx import` does; return the files."""
+    """Write a project as `rcx import` does, and return the files."""
     files = sorted(project.rglob("*.Tc*")) if project.is_dir() else [project]
     return write(Output(st_texts(read_project(files))), folder)
 
@@ -78,7 +78,7 @@ def comments(files: Iterable[Path]) -> list[str]:
 
 
 def trace_of(example: Example, program: list[Path], folder: Path) -> list[str]:
-    """Return the changes in an example's trace, if its program is taken from other files.
+    """Return the changes in an example's trace, with the program taken from other files.
 
     Args:
         example: Says what happens to the program.

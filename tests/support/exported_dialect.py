@@ -1,4 +1,4 @@
-"""The properties that a folder of bodies and tables must share with the sources."""
+"""Properties that an export to a folder of bodies and tables shares with the sources."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from structured_text.export.parts import Part, Sources
 from structured_text.language import syntax as s
 from structured_text.language.parser import parse_text
 
-#: With a BYTE that is masked: their texts are compared with texts worked out by hand.
+#: POUs that mask a BYTE. Their texts are compared with texts made by hand.
 _MASKED = ("FC_RcxBitMask", "FC_RcxByteWithBit", "FC_RcxByteOfWord")
 
 
@@ -139,7 +139,7 @@ def _changes(
     return changed
 
 
-#: Each kind of declaration that has an initial value or a qualifier.
+#: A declaration of each kind that has an initial value or a qualifier.
 WITH_INITIAL_VALUES = """\
 TYPE
   MINE_COLOUR : (RED, GREEN, BLUE) := GREEN;

@@ -1,4 +1,4 @@
-"""A scanner without a network, for what opens and watches connections."""
+"""A scanner without a network, for tests of code that opens and watches connections."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from rcx_harness.enip.originator.scanner import Received, Scanner, ScannerStatis
 
 
 class FakeScanner(Scanner):
-    """Does what its attributes say.
+    """A scanner that behaves as its attributes say.
 
     Attributes:
         ended: Reason for the end of its connection.
         failure: Reason for the end of its process.
-        connected: Packets come.
+        connected: Packets arrive.
         dropped: Why packets are dropped.
         refusal: The answer to an opening, if it is refused.
         done: The calls in their order.
-        written: The image that was written last, and the time until which it is valid.
+        written: The last written image, and the time until which it is valid.
     """
 
     failure = ""
@@ -37,7 +37,7 @@ class FakeScanner(Scanner):
             raise self.refusal
 
     def read(self) -> Received:
-        """Return an area that is all 7."""
+        """Return an area of bytes 7."""
         return Received(bytes([7] * 48), 5, self.connected)
 
     def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None:

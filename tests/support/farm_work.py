@@ -1,4 +1,4 @@
-"""Work for farms, where each worker can import it."""
+"""Work items for farms, in a module that each worker can import."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from structured_text.errors import InputError
 
 @dataclass(frozen=True)
 class Meeting:
-    """The first item waits for the second, so they end only if both run at the same time."""
+    """A task in which item 0 waits for item 1, so both end only if they run at the same time."""
 
     folder: Path
 
@@ -32,7 +32,7 @@ class Meeting:
 
 @dataclass(frozen=True)
 class FirstWaits:
-    """Item 0 waits until somebody opens a FIFO for writing."""
+    """A task in which item 0 waits until the FIFO is opened for writing."""
 
     fifo: Path
 
@@ -46,7 +46,7 @@ class FirstWaits:
 
 @dataclass(frozen=True)
 class Counted:
-    """Counts in a file how often it was set up."""
+    """A task that counts in a file how often it was set up."""
 
     file: Path
 
@@ -63,7 +63,7 @@ class Counted:
 
 @dataclass(frozen=True)
 class Killed:
-    """Item 3 kills its worker as long as there are files left in a folder to remove."""
+    """A task in which item 3 kills its worker as long as a folder contains files to remove."""
 
     folder: Path
 
@@ -77,7 +77,10 @@ class Killed:
 
 
 def refuse(item: int) -> int:
-    """Return the item. 2 and 5 raise an error of the user; 9 raises an error of our own."""
+    """Return the item.
+
+    Items 2 and 5 raise an error of the user, item 9 raises an internal error.
+    """
     if item in (2, 5):
         raise InputError("no such pin", file="a.st", line=item, hint="name another")
     if item == 9:
@@ -103,7 +106,7 @@ def waits_with_a_folder(item: str) -> None:
 
 
 def noted(item: tuple[str, int]) -> int:
-    """Return ten times the number, and write the number to the end of the file."""
+    """Return ten times the number, and append the number to the file."""
     file, number = item
     with Path(file).open("a") as stream:
         stream.write(f"{number}\n")

@@ -1,6 +1,6 @@
-"""One block of the library on a virtual robot, ready to be disturbed again and again.
+"""A block of the library on a virtual robot, for repeated disturbances.
 
-The block's small program is generated and compiled once; every case starts from a snapshot.
+The block's small program is generated and compiled once. Every case starts from a snapshot.
 """
 
 from __future__ import annotations
@@ -30,25 +30,25 @@ _ROBOT = RobotConfig(
     points={19: Point((60_000, -20_000, 10_000, 0, 0, 0))},
 )
 
-#: SI(01), SI(10), SI(12), SI(14) to SI(17) in the word n + 32: what a sequence requests.
+#: SI(01), SI(10), SI(12), SI(14) to SI(17) in the word n + 32, which sequences request.
 _REQUESTS = 0b1111_0101_0000_0010
 _BIT = {f"SO{byte}{bit}": (32 + byte, 1 << bit) for byte in (0, 1) for bit in range(8)}
 
 
 class CaseFailure(AssertionError):  # noqa: N818 - a failed assertion, told with its case
-    """A case whose result is wrong."""
+    """The error for a case with a wrong result."""
 
 
 @dataclass(frozen=True)
 class Library:
-    """What plc/lib holds, told by the pins: no list to forget a block in.
+    """The blocks of plc/lib, selected by their pins, so that no block can be forgotten.
 
     Attributes:
         edge: Blocks with Robot, Execute, Done, Busy and Error.
         level: Blocks with Robot and Enable.
         pins: Inputs and outputs of each of them.
-        shared: The VAR_IN_OUT besides Robot of those that have any: type by name. The areas of the
-            program are not among them.
+        shared: The VAR_IN_OUT variables of blocks besides Robot and the program's areas: type by
+        name.
         areas: The arguments for blocks that take the areas of the program, too.
     """
 
@@ -59,11 +59,11 @@ class Library:
     areas: Mapping[str, str]
 
     def declared(self, block: str) -> str:
-        """Return declarations of the variables that a program passes to the block besides Robot."""
+        """Return declarations of the variables that a program passes to the block, except Robot."""
         return "".join(f"    {one} : {kind};\n" for one, kind in self._shared(block))
 
     def given(self, block: str) -> str:
-        """Return the arguments of the block's call besides Robot."""
+        """Return the arguments of the block's call, except Robot."""
         given = "".join([f", {one} := {one}" for one, _ in self._shared(block)])
         return self.areas.get(block, "") + given
 
@@ -99,7 +99,7 @@ def _without(shared: Mapping[str, str], left_out: Iterable[str]) -> dict[str, st
 
 
 def place(block: str, name: str) -> str:
-    """Return the path of a value: a variable that the block shares (`Moves[1].Point`), or a pin."""
+    """Return the path of a pin, or of a variable that the block shares (`Moves[1].Point`)."""
     shared = library().shared.get(block, {})
     return name if name.partition("[")[0] in shared else f"Block.{name}"
 
@@ -161,7 +161,7 @@ def _program(block: str, helpers: Sequence[str]) -> str:
 
 
 class Pins(NamedTuple):
-    """The outputs of an edge-triggered block, or of a level block (Valid as `done`)."""
+    """The outputs of an edge-triggered block, or of a level block (Valid is `done`)."""
 
     done: bool
     busy: bool
@@ -184,7 +184,7 @@ class FaultCell:
         block: Its type.
         inputs: Values of its input pins besides Execute or Enable, and of its tables.
         helpers: Blocks that take the cell from one state to another.
-        robot: Properties of the robot that are not as usual.
+        robot: Properties of the robot that differ from the defaults.
         lib: Folder of the library; None for plc/lib.
     """
 
@@ -232,7 +232,7 @@ class FaultCell:
         self._folder.cleanup()
 
     def restore(self, snapshot: object) -> None:
-        """Go back to `snapshot` of the cell."""
+        """Restore the cell from `snapshot`."""
         self.cell.restore(snapshot)
         self._history.clear()
         self.quiet = False
@@ -251,7 +251,7 @@ class FaultCell:
         self[f"Block.{self.start_pin}"] = on
 
     def on(self, output: str) -> bool:
-        """Return whether the controller's output `SO02` is ON, as the PLC read it."""
+        """Return whether an output such as `SO02` is ON, as the PLC read it."""
         at, mask = _BIT[output]
         return self.cell.connected and bool(self._last.so[at] & mask)
 
@@ -276,7 +276,7 @@ class FaultCell:
         return so[:2] + so[32:34] + si[:2] + si[32:34]
 
     def free(self, channel: str) -> bool:
-        """Return whether no block has the turn on this channel or waits for it."""
+        """Return whether no block has or waits for the turn on this channel."""
         return bool(
             self[f"Robot.Inner.{channel}.Serving"] == self[f"Robot.Inner.{channel}.NextTicket"]
         )
@@ -307,7 +307,7 @@ class FaultCell:
         self.fail(f"not within {most} scans: {what}")
 
     def help(self, name: str) -> None:
-        """Let the helper block `FB_ServoOn` do its work once."""
+        """Run the helper block `FB_ServoOn` once to its end."""
         self["Helping"] = True
         self[f"{name[3:]}.Execute"] = True
         self.scan()
@@ -320,7 +320,7 @@ class FaultCell:
         self["Helping"] = False
 
     def fail(self, text: str) -> NoReturn:
-        """End the case.
+        """Fail the case.
 
         Raises:
             CaseFailure: always, with what happened last.
@@ -337,7 +337,7 @@ class FaultCell:
 
 
 def _signals(wire: bytes) -> str:
-    """Return a readable text for `FaultCell.wire`: inputs and code, outputs and status."""
+    """Return `FaultCell.wire` as readable text: inputs and code, outputs and status."""
 
     def listed(word: int) -> str:
         return ",".join(f"{k >> 3}{k & 7}" for k in range(16) if word >> k & 1)

@@ -1,4 +1,4 @@
-"""Faults of a cell in the middle of a sequence, and how each cause is removed."""
+"""Faults of a cell in the middle of a sequence, and the removal of each cause."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ from fault_cell import FaultCell
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault, and how its cause is removed; `lasts` is None until the block has ended [scans]."""
+    """A fault and the removal of its cause.
+
+    `lasts` is its duration [scans], or None for a fault that lasts until the block has ended.
+    """
 
     name: str
     begin: Callable[[FaultCell], None]
@@ -30,7 +33,7 @@ def _set(name: str, value: bool) -> Callable[[FaultCell], None]:
 
 
 def _nothing(cell: FaultCell) -> None:
-    """Do nothing: there is no fault, or its cause disappears by itself."""
+    """Do nothing, because there is no fault or its cause disappears by itself."""
 
 
 NONE = Fault("none", _nothing, _nothing)

@@ -1,13 +1,13 @@
-"""Every pattern of Execute, every fate of an answer, every fault at each scan of a sequence.
+"""Runs with every pattern of Execute, every course of an answer, and faults at each scan.
 
-A case has four parts: the block is started and disturbed until it has ended; it lets go of what
-it held while the cause is still there; the cause goes, and nothing starts by itself; the
-documented recovery brings the cell back, and the block does its work.
+A case has four parts. First, the block is started and disturbed until it has ended. Second, it
+withdraws its requests while the cause is still present. Third, the cause is removed, and nothing
+starts by itself. Last, the documented recovery restores the cell, and the block does its work.
 
-With normal answers a fault comes at each scan of the sequence, under each pattern (in a long
-sequence the patterns take turns). With an answer that is missing, late or withdrawn it comes
-around each change on the wire; of these cases at most 24 are taken for a block and a fault
-(160 without a fault). The option --every-case takes them all.
+With normal answers, a fault comes at each scan of the sequence, under each pattern (in a long
+sequence the patterns alternate). With a missing, late or withdrawn answer, it comes around each
+change on the wire; of these cases at most 24 are run for a block and a fault (160 without a fault).
+The option --every-case runs all of them.
 """
 
 from __future__ import annotations
@@ -25,27 +25,27 @@ __all__ = ["FAULTS", "Answer", "Case", "Fault", "Pattern", "Rig", "rig"]
 
 #: Longest time from the end of the last wait to the block's end, including input pacing [scans].
 _MOST_END_SCANS = 60
-#: Longest time until requests are withdrawn and turns are free [scans].
+#: Longest time until requests are withdrawn and no block has a turn [scans].
 _MOST_RELEASE_SCANS = 45
-#: Longest time until the cell is stable once the causes are gone [scans].
+#: Longest time until the cell is stable after the causes are removed [scans].
 _STEADY = 150
-#: Delay of a late answer, which is still within Timeout [scans].
+#: Delay of an answer that is late but still within Timeout [scans].
 _LATE = 8
 #: In a sequence of this length or more, the patterns alternate [scans].
 _LONG = 20
-#: Cases with a disturbed answer for a block and a fault.
+#: Number of cases with a disturbed answer for a block and a fault.
 _MOST_SHAPED = 24
 
 
 class Pattern(NamedTuple):
-    """The course of Execute: TRUE for `scans` scans, or TRUE in every other scan."""
+    """A course of Execute: TRUE for `scans` scans, or TRUE in every other scan."""
 
     name: str
     scans: int
     toggles: bool = False
 
     def execute(self, scan: int) -> bool:
-        """Execute in this scan, counted from the start, while the block has not ended."""
+        """Return Execute for this scan after the start, while the block has not ended."""
         return scan % 2 == 0 if self.toggles else scan < self.scans
 
 
@@ -74,7 +74,7 @@ _FATES = ("missing", "late", "too late", "withdrawn", "flickering")
 
 
 class Case(NamedTuple):
-    """One run; `scan` is when the fault comes, counted from the rising edge of Execute."""
+    """A run with a fault in scan `scan`, counted from the rising edge of Execute."""
 
     pattern: Pattern
     answer: Answer
@@ -94,7 +94,7 @@ class _Course(NamedTuple):
     pins: Pins
 
     def moments(self) -> list[int]:
-        """Return the scans around each change, and one in the middle of each wait."""
+        """Return the scans around each change, and a scan in the middle of each wait."""
         last = [0]
         found = {0, 1, self.ended, self.ended + 1}
         for scan in range(1, self.ended + 1):
@@ -106,7 +106,7 @@ class _Course(NamedTuple):
 
 
 class Rig:
-    """A block in its cell, prepared, with what it does without faults.
+    """A prepared block in its cell, with the course of its run without faults.
 
     Args:
         block: Its type.
@@ -131,7 +131,10 @@ class Rig:
         self._seen: list[bytes] = []
 
     def cases(self, fault: Fault, *, every: bool = False) -> list[Case]:
-        """Return the cases with this fault; `every` leaves none out."""
+        """Return the cases with this fault.
+
+        With `every`, also return those that are normally left out.
+        """
         answers = [Answer(fate, name) for name in self.scenario.answers for fate in _FATES]
         if fault is NONE:
             return list(self._without_fault(answers, every))
@@ -139,7 +142,7 @@ class Rig:
         return [*self._at_each_scan(fault, every), *_thinned(shaped, _MOST_SHAPED, every)]
 
     def one_of_each(self) -> list[Case]:
-        """Return one case for each fault in the middle of the work, and one for each bad answer."""
+        """Return a case for each fault in the middle of the work, and one for each bad answer."""
         middle = self._course(NORMAL).ended // 2
         faults = (fault for fault in FAULTS.values() if fault is not NONE)
         found = [Case(_BASIC[turn % 3], NORMAL, fault, middle) for turn, fault in enumerate(faults)]
@@ -211,7 +214,7 @@ class Rig:
     # --- the disturbed run -------------------------------------------------------------------
 
     def _disturb(self, case: Case) -> tuple[int, Pins]:
-        """Start the block and let the case happen; in which scan it ended, and how."""
+        """Start the block with the disturbance of the case; return the scan and kind of its end."""
         cell, fault = self.cell, case.fault
         limit = (
             self.scenario.waits * TIMEOUT_SCANS
@@ -255,7 +258,7 @@ class Rig:
             cell.fail(f"Done with status 0x{cell.status:04X}")
 
     def _shape(self, answer: Answer, scan: int, ended: int | None) -> None:
-        """Hold the answer back, or take it away, before a scan."""
+        """Delay or remove the answer before a scan."""
         if answer.fate == "normal":
             return
         due = self._due(answer.signal)
@@ -278,7 +281,7 @@ class Rig:
             robot.force(signal, int(self._at_start[signal]))
 
     def _due(self, signal: str) -> int:
-        """Return the scan in which the undisturbed run has the answer."""
+        """Return the scan in which the undisturbed run receives the answer."""
         if signal not in self._answered:
             wires = self._course(NORMAL).wires
             scans = [k for k, wire in enumerate(wires) if self._is_answer(signal, wire)]
@@ -303,7 +306,7 @@ class Rig:
         return self._courses[answer]
 
     def _expect(self, case: Case, pins: Pins) -> None:
-        """Check how a case without a fault ends."""
+        """Check the end of a case without a fault."""
         if case.fault is not NONE:
             return
         if case.answer.fate in ("normal", "late") and not pins.done:
@@ -311,7 +314,7 @@ class Rig:
         if case.answer.fate in ("missing", "too late") and not pins.error:
             self.cell.fail("Done without the answer")
 
-    # --- what must follow --------------------------------------------------------------------
+    # --- the rules after the disturbance -----------------------------------------------------
 
     def _lets_go(self, case: Case) -> None:
         """Check that the outputs clear at once and the turn is free, while the fault remains."""
@@ -334,7 +337,7 @@ class Rig:
             self.cell.cell.robot.release(case.answer.signal)
 
     def _stays_quiet(self) -> None:
-        """Check that the cell comes to rest, both turns are free, and nothing starts by itself."""
+        """Check that the cell becomes idle, both turns are free, and nothing starts by itself."""
         cell = self.cell
         there = "connection and CPU_OK"
         cell.until(lambda: bool(cell["Robot.Connected"]) and cell.on("SO01"), _STEADY, there)
@@ -371,5 +374,5 @@ def _thinned(cases: list[Case], most: int, every: bool) -> list[Case]:
 
 @cache
 def rig(block: str) -> Rig:
-    """Return the rig of a block, made once in each process."""
+    """Return the rig of a block, which is made once in each process."""
     return Rig(block)

@@ -1,4 +1,4 @@
-"""From which state each block starts, which answers it waits for, and what its Done means."""
+"""The start state of each block, the answers it waits for, and the outputs at its Done."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from fault_cell import FaultCell
 from plc_bench import ROOT
 from rcx_harness.robot import Axis, RobotProgram
 
-#: Longest time until the cell is stable: boot, new connection, settling [scans].
+#: Longest time until the cell is stable after boot, a new connection, and settling [scans].
 _STEADY = 120
 
-#: The robot side of FB_ProgramCall.
+#: The robot's side of FB_ProgramCall.
 _JOBS = (ROOT / "plc/robot/JOBS.PGM").read_text(encoding="utf-8")
 
 _RECOVERY = ("FB_AlarmReset", "FB_ServoOn")
@@ -24,15 +24,15 @@ _STOP = (*_START, "FB_ProgramStop", "FB_ProgramContinue")
 
 @dataclass(frozen=True)
 class Scenario:
-    """How a block is tried.
+    """The conditions under which a block is tested.
 
     Attributes:
-        prepare: Brings a cell without faults to the state from which the block starts.
+        prepare: Brings a cell without faults into the start state of the block.
         answers: Outputs of the controller that it waits for: `SO02`, or `Status`.
         means: Outputs of the controller in the scan of Done (Valid), by their state.
-        inputs: Input pins that are not at their default, and rows of tables.
+        inputs: Values of input pins that differ from the defaults, and rows of tables.
         waits: Number of waits, each of them limited by Timeout.
-        robot: Properties of the robot that are not as usual.
+        robot: Properties of the robot that differ from the defaults.
         helpers: Blocks that `prepare` and the recovery need.
     """
 
@@ -46,7 +46,7 @@ class Scenario:
 
 
 def recover(cell: FaultCell) -> None:
-    """Recover as documented once the causes are removed: alarm reset, then servo on."""
+    """Recover as documented after the causes are removed: alarm reset, then servo on."""
     cell.until(lambda: bool(cell["Robot.Connected"]) and cell.on("SO01"), _STEADY, "CPU_OK")
     if cell["Robot.Inner.HoldEmergency"]:
         cell.help("FB_ServoOnFromEmergencyStop")
@@ -106,7 +106,7 @@ def _axes_at_zero(cell: FaultCell) -> None:
 
 
 def _acknowledged(cell: FaultCell) -> None:
-    """Recover, then set Acknowledge: the block may read again only after a person has looked."""
+    """Recover, then set Acknowledge, without which the block does not read again."""
     recover(cell)
     cell["Block.Acknowledge"] = True
     cell.scan()
@@ -120,7 +120,7 @@ def _emergency_stop(cell: FaultCell) -> None:
 
 
 def _jobs_wait(cell: FaultCell) -> None:
-    """The robot program waits for a job; after a fault it begins at its first line."""
+    """Restart the robot program at its first line, where it waits for a job."""
     _program_stands(cell)
     cell.help("FB_ProgramReset")
     cell.help("FB_AutoStart")
@@ -139,7 +139,7 @@ def _no_power(cell: FaultCell) -> None:
 
 _POINT_19 = [0x0004, 0, 0x0032, 0x0013, *[0] * 11]
 
-#: A record with point 50 of guide 4.3.1 in its only row; the checksum is that of zlib, inverted.
+#: A record with point 50 of guide 4.3.1 in its only row. The checksum is that of zlib, inverted.
 _HEAD_OF_50 = {
     "Kind": "DATA_POINTS",
     "RobotNumber": 0,
@@ -149,7 +149,7 @@ _HEAD_OF_50 = {
 }
 _ROW_OF_50 = {"Defined": True, "Flag": 1, "Values": [10_000, -20_000, 5_000, -18_000, 0, 0]}
 
-#: Every edge-triggered block of the library, with two of the generated ones, which are alike.
+#: Every edge-triggered block of the library, but only two of the generated blocks, which are alike.
 SCENARIOS: dict[str, Scenario] = {
     "FB_AlarmReset": Scenario(_alarm, ("SO03",), {"SO03": False}),
     "FB_AutoStart": Scenario(_program_stands, ("SO13",), {"SO13": True}, helpers=_START),

@@ -1,4 +1,4 @@
-"""Recordings whose answers are wrong in one way, made from those of a right controller."""
+"""Recordings with one kind of wrong answer, made from recordings of a correct controller."""
 
 from __future__ import annotations
 
@@ -25,7 +25,10 @@ def _edges(areas: Areas, name: str, on: bool) -> list[int]:
 
 
 def _turned(name: str, on: bool, first: int, end: int, by: str = "") -> Callable[[Areas], None]:
-    """Show a signal ON (or OFF) from `first` to `end` cycles after it, or after `by`, comes."""
+    """Return a change that shows a signal ON (or OFF) for some cycles.
+
+    These are the cycles from `first` to `end` after the signal, or the signal `by`, turns ON.
+    """
 
     def change(areas: Areas) -> None:
         for k in _edges(areas, by or name, True):
@@ -36,7 +39,7 @@ def _turned(name: str, on: bool, first: int, end: int, by: str = "") -> Callable
 
 
 def _ends(areas: Areas) -> list[tuple[int, int]]:
-    """Return where normal ends are shown: the first cycle, and the cycle after the last."""
+    """Return the cycles of normal ends: pairs of the first cycle and the cycle after the last."""
     found: list[tuple[int, int]] = []
     for k, area in enumerate(areas):
         if int.from_bytes(area[:2], "little") == NORMAL_END:
@@ -94,7 +97,7 @@ def _run_again(areas: Areas, first: int, end: int) -> None:
 
 
 def _follow(name: str, other: str) -> Callable[[Areas], None]:
-    """Show a signal with the value of another one."""
+    """Show a signal with the value of another signal."""
 
     def change(areas: Areas) -> None:
         at, mask = _BITS[other]
@@ -110,7 +113,7 @@ def _reserved(areas: Areas) -> None:
 
 
 def _stuck(name: str) -> Callable[[Areas], None]:
-    """Do not show the first OFF of a signal that comes and goes."""
+    """Skip the first OFF of a signal."""
 
     def change(areas: Areas) -> None:
         k = _edges(areas, name, False)[0]
@@ -119,7 +122,7 @@ def _stuck(name: str) -> Callable[[Areas], None]:
     return change
 
 
-#: Faults by name, each with the change of a right controller's areas.
+#: Faults by name, each with its change to the areas of a correct controller.
 WRONG: dict[str, Callable[[Areas], None]] = {
     "responses one word too late in the area": _each_end(_shift),
     "commands that are executed end abnormally, with their data": _each_end(_abnormal),
@@ -141,7 +144,7 @@ WRONG: dict[str, Callable[[Areas], None]] = {
 
 
 def recorded_wrong(master: RecordedMaster, name: str) -> Recording:
-    """Return the recording of a master, with answers that are wrong in the named way."""
+    """Return the recording of a master, with the wrong answers of this name."""
     areas = [bytearray(so) for _, _, so in master.cycles]
     WRONG[name](areas)
     cycles = [(t, si, bytes(so)) for (t, si, _), so in zip(master.cycles, areas, strict=True)]

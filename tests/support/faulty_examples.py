@@ -1,7 +1,7 @@
-"""Programs of users, with all that they need, and with typical faults.
+"""Users' programs, complete with their files, and typical faults in them.
 
-A campaign finds each of them; the findings of a campaign in other cells must not depend on one of
-them.
+A campaign finds each of these faults. The findings of a campaign in other cells must not depend on
+any of them.
 """
 
 from __future__ import annotations
@@ -13,8 +13,7 @@ from plc_bench import ROOT
 
 _Changes = tuple[tuple[str, str], ...]
 
-#: A cycle as users write it by hand. It knows whether a part is in its hand, and is slower on
-#: demand.
+#: A cycle as users write it by hand. It stores whether a part is in the hand, and can run slower.
 _PICKER: _Changes = (
     (
         "    Stopping   : BOOL;\n",
@@ -55,7 +54,7 @@ steps = [
 when = "Main.Placed > BEFORE(Main.Placed)"
 within = "30s"
 """
-#: Two of these cycles, with one tray.
+#: Two such cycles that share a tray.
 _DUO_DEMANDS = '''length = "6s"
 [operator]
 buttons = ["Main.Start1", "Main.Start2", "Main.Stop", "Main.Reset1", "Main.Reset2"]
@@ -87,7 +86,7 @@ class Faulty:
         name: The kind of fault.
         example: Its folder.
         changes: The fault, as pairs of a text and its replacement.
-        kind: The failure that shows it.
+        kind: The failure that reveals the fault.
         seed: A seed with which a campaign finds the fault.
     """
 
@@ -145,9 +144,9 @@ FAULTY = (
 
 
 def changed_example(folder: Path, example: str, changes: _Changes = ()) -> None:
-    """Write a program with changes into a folder, and its requirements as campaign.toml.
+    """Write a changed program into a folder, with its requirements as campaign.toml.
 
-    They are cycles written by hand, without FB_WorkCycle and FB_Interlock.
+    The programs are cycles written by hand, without FB_WorkCycle and FB_Interlock.
 
     Raises:
         ValueError: a text to be replaced is missing.

@@ -1,4 +1,4 @@
-"""A small cell for campaigns: it feeds a part every 200 ms while it runs; with bugs on demand."""
+"""A small cell for campaigns that feeds a part every 200 ms while it runs, with optional bugs."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ _PROGRAM = """PROGRAM Feeder
 END_PROGRAM
 """
 
-#: Actions of its operator, and requirements.
+#: Actions of the cell's operator, and requirements.
 DEMANDS = """length = "2s"
 [operator]
 buttons = ["Main.Go", "Main.Reset"]
@@ -66,7 +66,7 @@ when = "Main.Fed > BEFORE(Main.Fed)"
 within = "1s"
 """
 
-#: Closed, reset, started; it runs until 2 s.
+#: The operator closes, resets and starts the feeder; it runs until 2 s.
 GOOD_RUN = """at = [
   { time = "100ms", set = { "Main.Closed" = true } },
   { time = "300ms", set = { "Main.Reset" = true }, for = "50ms" },
@@ -77,12 +77,12 @@ GOOD_RUN = """at = [
 
 
 def feeder(folder: Path, *, runs_open: bool = False, latches: bool = False) -> Path:
-    """Write program, demands and good run.
+    """Write program, requirements and a good run.
 
     Args:
         folder: Folder of the program.
-        runs_open: Seed the bug that it continues to run when it is opened.
-        latches: Seed the bug that a loss of the link is never reset.
+        runs_open: Insert the bug that the feeder continues to run when it is opened.
+        latches: Insert the bug that a loss of the link is never reset.
     """
     latch = "Lost := Lost OR (Running AND NOT Connected);" if latches else "Lost := FALSE;"
     text = _PROGRAM.format(or_open="" if runs_open else "OR NOT Closed", latch=latch)

@@ -1,4 +1,4 @@
-"""Thirty robot files whose keys differ, and a trial of `rcx compare --fit` on each."""
+"""Thirty robot files with different keys, and a trial of `rcx compare --fit` on each."""
 
 from __future__ import annotations
 
@@ -61,17 +61,17 @@ CASES: tuple[tuple[str, dict[str, Any]], ...] = (
 
 
 def recorded(description: str, values: Mapping[str, Any], seed: int = 7) -> Replay:
-    """Return the recording of a controller with these values that was exercised."""
+    """Return the recording of a controller with these values after all exercises."""
     master = RecordedMaster(seed, **DESCRIPTIONS[description], **values)
     exercised(master)
     return Replay(master.recording(), master.happenings)
 
 
 def judged(description: str, values: Mapping[str, Any]) -> tuple[Fit, list[str]]:
-    """Return the result of the search on such a recording, and what is wrong with it.
+    """Return the result of the search on such a recording, and the keys that it got wrong.
 
-    A key is right where its value is the one that the robot had, where the recording shows the
-    same with both, which is tried, or where it is a delay as long to a controller's cycle.
+    A key is right if its value is the robot's, or if the recording is the same with both values,
+    which is tried. A delay is right to within a controller cycle.
     """
     replay = recorded(description, values)
     base = RobotConfig(**DESCRIPTIONS[description])
@@ -103,7 +103,7 @@ def _wrong_delay(key: str, found: Any, real: Any, seen: bool) -> list[str]:
 
 
 def _not_decided(found: Fit, replay: Replay) -> list[str]:
-    """Return keys reported as undecided, although a different value shows."""
+    """Return keys that were reported as undecided although another value changes the recording."""
     wrong = []
     for knob in found.knobs:
         value = getattr(found.config, knob.key)

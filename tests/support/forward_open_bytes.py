@@ -22,8 +22,9 @@ def forward_open(
 ) -> str:
     """Return a Forward Open request in hexadecimal digits.
 
-    The defaults are: Exclusive Owner, 10 ms both ways, 48 bytes, fixed size, scheduled priority,
-    point to point: 0x4836 is 2 + 4 + 48 bytes, 0x4832 is 2 + 48. T->O connection id 0x12345678.
+    The defaults are: Exclusive Owner, 10 ms in both directions, 48 bytes, fixed size, scheduled
+    priority, point to point. 0x4836 is 2 + 4 + 48 bytes, 0x4832 is 2 + 48 bytes. The T->O
+    connection id is 0x12345678.
     """
     words = words or f"{len(bytes.fromhex(path)) // 2:02X}"
     return (

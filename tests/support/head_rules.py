@@ -1,7 +1,7 @@
-"""A second, independent model of the rules of the wire in plain Python, without timers.
+"""A second, independent model of the rules on the wire in plain Python, without timers.
 
-Each class does in `scan` what the manual and the head of its block demand of one scan. Times are in
-milliseconds of PLC time.
+In `scan`, each class does the work of one scan as the manual and the head of its block demand.
+Times are in milliseconds of PLC time.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ OTHERS = (
     *("SI01_ServoOn", "SI10_SequenceControl", "SI12_AutoStart", "SI14_ReturnToOriginIncr"),
     *("SI15_ProgramReset", "SI16_AlarmReset", "SI17_ReturnToOriginAbs"),
 )
-#: Chapter 5, 2, SI(01), and chapter 5, 3.2: what must be ON before; a return to origin moves, too.
+#: Safety inputs that must be ON before an input is set (chapter 5, 2, SI(01), and 3.2). A
+#: return-to-origin is a movement, too.
 NEEDS = {
     "SI01_ServoOn": SAFETY[:1],
     "SI12_AutoStart": SAFETY,
@@ -43,7 +44,7 @@ class Since:
 
 @dataclass
 class Channel:
-    """The turns of a channel; see RCX_CHANNEL."""
+    """The turns of a channel, as in RCX_CHANNEL."""
 
     next_ticket: int = 0
     serving: int = 0
@@ -53,7 +54,7 @@ class Channel:
 
     @classmethod
     def of(cls, found: Mapping[str, object]) -> Channel:
-        """Return the channel from the fields as a program has them."""
+        """Return the channel with the field values of a program."""
         return cls(
             int(str(found["NextTicket"])),
             int(str(found["Serving"])),
@@ -64,16 +65,16 @@ class Channel:
 
     @property
     def taken(self) -> bool:
-        """Return whether any work has the turn."""
+        """Return whether any job has the turn."""
         return self.serving != self.next_ticket
 
     @property
     def gone(self) -> bool:
-        """Return whether the holder of the turn was not seen in this scan."""
+        """Return whether the holder of the turn was not called in this scan."""
         return self.serving != self.lowest
 
     def see(self, ticket: int) -> None:
-        """Note that the work with this ticket was called in this scan."""
+        """Note that the job with this ticket was called in this scan."""
         ahead = [(one - self.serving) % 65536 for one in (ticket, self.lowest)]
         self.lowest = (self.serving + min(ahead)) % 65536
 
@@ -82,17 +83,17 @@ class Channel:
         self.serving, self.holder = (self.serving + 1) % 65536, 0
 
     def pass_on(self) -> None:
-        """Give the turn to the first ticket that was seen, or to nobody."""
+        """Give the turn to the first ticket that was called, or to no job."""
         self.serving, self.holder, self.orphan = self.lowest, 0, False
 
 
 @dataclass
 class InputRules:
-    """Dedicated inputs: the manual's caution of chapter 5, 3, and the head of the block.
+    """The rules for dedicated inputs: the caution in chapter 5, 3, and the head of the block.
 
-    One change at a time, withdrawals first, by number; only a switch-off of SI(00) or SI(06) goes
-    out at once. Nothing is started that SI(00) or SI(06) forbid, or without a link. A start of the
-    PLC and of the link count as changes.
+    One input changes at a time: withdrawals first, then by number. Only a switch-off of SI(00) or
+    SI(06) is sent at once. Nothing is started that SI(00) or SI(06) forbid, or without a link. A
+    start of the PLC or of the link counts as a change.
     """
 
     applied: dict[str, bool] = field(
@@ -133,7 +134,7 @@ class InputRules:
 
 @dataclass
 class HandshakeRules:
-    """The remote-command handshake: guide, chapters 1 and 2, and 4.7.4 for the one without end."""
+    """The remote-command handshake: guide, chapters 1 and 2, and 4.7.4 for continuous output."""
 
     phase: str = "PHASE_STATUS_RESET"
     running: bool = False
@@ -162,12 +163,12 @@ class HandshakeRules:
             now: Time of the scan.
             there: Link and CPU_OK.
             status: Status as read in this scan.
-            asked: The holder of the channel asks for its command.
+            asked: The holder of the channel requests its command.
             hold: No new command yet.
             code: Command code, with the robot number.
             first: Its first data word.
             same: Its data words are those on the wire.
-            channel: Its turn; passed on here.
+            channel: The channel, whose turn this call may pass on.
             interval: Longest time until the controller sees a change.
         """
         seen = self._up.look(now, there and not self._lost, interval)
@@ -204,11 +205,11 @@ class HandshakeRules:
 
 @dataclass
 class HeadRules:
-    """Everything that goes out: the words, and the dedicated inputs as bits.
+    """All data to the robot: the words, and the dedicated inputs as bits.
 
-    A jog that is to stop, or whose block has gone, is stopped by SI(06) (guide 4.2.6); no command
-    goes out before SI(06) is back, unless the application keeps it OFF. Words 2 to 15 are the robot
-    program's while no command has its data out.
+    SI(06) stops a jog that should end or whose block is no longer called (guide 4.2.6). No command
+    is sent before SI(06) is ON again, unless the application keeps it OFF. While no command has its
+    data on the wire, words 2 to 15 belong to the robot program.
     """
 
     handshake: HandshakeRules = field(default_factory=HandshakeRules)

@@ -1,4 +1,4 @@
-"""The imports and private names in the sources, including imports inside functions."""
+"""Find imports and private names in the sources, including imports inside functions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 #: Imports of each module or room.
 Graph = Mapping[str, frozenset[str]]
 
-#: A project that users get a copy of; no part of the package.
+#: A project that users get as a copy. It does not belong to the package.
 _NO_PART = "new/template"
 
 _BY_NAME = ("setattr", "delattr", "getattr", "hasattr", "attrgetter", "patch", "object")
@@ -28,7 +28,7 @@ def modules(package: Path) -> dict[str, Path]:
     return found
 
 
-#: The packages of the wheel, the upper one first.
+#: The packages of the wheel, from top to bottom.
 PACKAGES = ("rcx_harness", "structured_text")
 
 
@@ -39,9 +39,9 @@ def shipped(repository: Path) -> dict[str, Path]:
 
 
 def imports(*packages: Path) -> Graph:
-    """Return which modules of the packages each of their modules imports.
+    """Return, for each module of the packages, the modules of the packages that it imports.
 
-    `import a.b` and `from a import b` are imports of `a.b`; if `b` is not a module, of `a`.
+    `import a.b` and `from a import b` are imports of `a.b`, or of `a` if `b` is not a module.
     """
     known = {name: file for package in packages for name, file in modules(package).items()}
     graph = {}
@@ -68,9 +68,9 @@ def _named(file: Path, module: str) -> Iterator[str]:
 
 
 def room_graph(graph: Graph) -> Graph:
-    """Return the imports between the modules and packages at the top of a package.
+    """Return the imports between the top-level modules and packages of a package.
 
-    `__init__` and `__main__` of the package are not rooms: they are above all of them.
+    `__init__` and `__main__` of the package are not rooms, because they are above all rooms.
     """
     rooms: dict[str, set[str]] = {}
     for module, imported in graph.items():

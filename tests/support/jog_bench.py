@@ -1,4 +1,4 @@
-"""FB_Jog with everything around it: begin a jog, end it by the stop input."""
+"""FB_Jog with the blocks around it: helpers begin a jog and end it by the stop input."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def jog_plc() -> PlcBench:
 
 
 def jogging(plc: PlcBench, **pins: object) -> None:
-    """Enable, until the code is out and the controller runs it."""
+    """Set Enable, and scan until the code is sent and the controller executes it."""
     for name, value in pins.items():
         plc[f"Jog.{name}"] = value
     plc["Jog.Enable"] = True
@@ -29,7 +29,7 @@ def jogging(plc: PlcBench, **pins: object) -> None:
 
 
 def end_by_stop(plc: PlcBench) -> None:
-    """Enable falls, the controller ends the jog with 12.400."""
+    """Reset Enable, and let the controller end the jog with 12.400."""
     plc["Jog.Enable"] = False
     plc.scan(2)
     plc.answer(0x4000, STOPPED)

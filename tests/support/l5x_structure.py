@@ -1,7 +1,7 @@
 """The order of elements and their attributes in the L5X files that we write and read.
 
-Our own words for what Rockwell's manual 1756-RM084 (Logix 5000 Controllers Import/Export) says of
-data types, Add-On Instructions and programs in Structured Text; the schema itself is not public.
+The rules restate Rockwell's manual 1756-RM084 (Logix 5000 Controllers Import/Export) for data
+types, Add-On Instructions and programs in Structured Text. The schema itself is not public.
 """
 
 from __future__ import annotations
@@ -9,7 +9,8 @@ from __future__ import annotations
 import re
 from xml.etree.ElementTree import Element
 
-#: Children of an element, in this order; all of them may be left out or, if alike, repeated.
+#: Children of an element, in this order. All may be missing, and children of a kind may be
+#: repeated.
 CHILDREN = {
     "RSLogix5000Content": ("Controller",),
     "Controller": ("DataTypes", "AddOnInstructionDefinitions", "Tags", "Programs", "Tasks"),
@@ -42,7 +43,7 @@ CHILDREN = {
 _LEAVES = ("Description", "AdditionalHelpText", "RevisionNote", "Line", "Dependency")
 _VALUES = ("DataValue", "DataValueMember")
 
-#: Attributes in their order; those in parentheses may be missing.
+#: Attributes in their order. Those in parentheses may be missing.
 ORDER = {
     "RSLogix5000Content": "SchemaRevision SoftwareRevision TargetName TargetType (TargetRevision) "
     "(TargetLastEdited) ContainsContext (Owner) (ExportDate) (ExportOptions)",
@@ -71,7 +72,7 @@ _HIDDEN = "ZZZZZZZZZZ"
 
 
 def faults(root: Element) -> list[str]:
-    """Return the violations of the structure, with the names of the elements around them."""
+    """Return the violations of the structure, with the path of elements to each."""
     if root.tag != "RSLogix5000Content":
         return [f"the root is {root.tag}, not RSLogix5000Content"]
     return [*_below(root, root.tag)]

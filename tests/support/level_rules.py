@@ -1,7 +1,7 @@
 """A second, independent model of FB_Jog and FB_ContinuousPosition.
 
-One call of `scan` is one call of the block. Written from the remote command guide, 4.2.6 and 4.7.4,
-and the heads of the blocks, without timers.
+One call of `scan` is one call of the block. The model follows the remote command guide, 4.2.6 and
+4.7.4, and the heads of the blocks, and has no timers.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _AXES = 6
 
 @dataclass
 class LevelView(RobotView):
-    """What a level block sees besides.
+    """The data that only a level block uses.
 
     Attributes:
         released: SI(06) is ON and settled.
@@ -34,7 +34,7 @@ class LevelView(RobotView):
     stop_jog: bool = False
 
     def number(self, axis: int) -> int:
-        """Return the double word of an axis, from 0, in a response."""
+        """Return the double word of an axis (counted from 0) in a response."""
         low, high = self.response[3 + 2 * axis : 5 + 2 * axis]
         value = high << 16 | low
         return value - (1 << 32) if value >> 31 else value
@@ -42,7 +42,7 @@ class LevelView(RobotView):
 
 @dataclass
 class LevelRule:
-    """A block: its pins are set as attributes, its outputs read as such."""
+    """A level block, whose pins are attributes."""
 
     enable: bool = False
     timeout: int = 0
@@ -66,7 +66,7 @@ class LevelRule:
         raise NotImplementedError
 
     def _late(self, view: LevelView, waits: bool) -> bool:
-        """Return whether the block has waited for the Timeout that applied at its start."""
+        """Return whether the block has waited longer than its Timeout at the start."""
         return self._waits.look(view.now, self._limit > 0 and waits, self._limit)
 
     def _clear(self) -> None:
@@ -76,7 +76,7 @@ class LevelRule:
 
 @dataclass
 class JogRule(LevelRule):
-    """Attributes: see FB_Jog."""
+    """A model of FB_Jog, with the pins of that block."""
 
     frame: int = 0
     axis: int = 1
@@ -163,7 +163,7 @@ class JogRule(LevelRule):
 
 @dataclass
 class ContinuousRule(LevelRule):
-    """Attributes: see FB_ContinuousPosition; `hand` and `arms` from word m + 6."""
+    """A model of FB_ContinuousPosition; `hand` and `arms` come from word m + 6."""
 
     unit_mm: bool = False
     hand: int = 0
@@ -208,7 +208,7 @@ class ContinuousRule(LevelRule):
             self.arms = (rotation.get(word >> 3 & 0xF, 0), rotation.get(word >> 7 & 0xF, 0))
 
 
-#: A fresh rule for each block.
+#: A new rule for each block.
 LEVELS: dict[str, Callable[[], LevelRule]] = {
     "FB_ContinuousPosition": ContinuousRule,
     "FB_Jog": JogRule,

@@ -1,7 +1,7 @@
-"""A master that drives a served controller through a real cyclic connection.
+"""A master that drives a served controller over a real cyclic connection.
 
-The controller's time is virtual: a cycle of 5 ms passes with every look, however long that takes.
-What is waited for on the network is waited for by looking, with limits that only a failure meets.
+The controller's time is virtual: each poll is a cycle of 5 ms, however long it takes. Waits on the
+network poll, too, with limits that only a failure reaches.
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ from rcx_harness.robot.area import INPUTS, OUTPUTS
 from rcx_harness.serve.station import Station
 from rcx_harness.spec.wire import CYCLE_US
 
-#: Cycles a wait lasts at most; one takes a millisecond or more of real time.
+#: Longest wait in cycles. A cycle takes a millisecond or more of real time.
 _MOST_CYCLES = 20_000
 _PAUSE_S = 0.001
 _INTERVAL_CYCLES = 30
 
 
 class LiveMaster:
-    """Adapter, controller and scanner; its keyword arguments are RobotConfig's.
+    """Adapter, controller and scanner. Keyword arguments are those of RobotConfig.
 
     Attributes:
         robot: The controller.
         station: The controller on its network.
-        scanner: The master's end; open it.
+        scanner: The master's end, which the test opens.
     """
 
     def __init__(self, multiplier: int = 5, **config: Any) -> None:
@@ -46,7 +46,7 @@ class LiveMaster:
             raise
 
     def connect(self, multiplier: int = 5, **options: Any) -> Scanner:
-        """Return another scanner for the same adapter, not open yet."""
+        """Return another scanner for the same adapter, which is not open yet."""
         host, port = self.adapter.address
         size = self.robot.config.size
         return Scanner(host, size, port=port, io_port=0, multiplier=multiplier, **options)
@@ -59,7 +59,7 @@ class LiveMaster:
             self._pause.wait(_PAUSE_S)
 
     def until(self, what: Callable[[], bool]) -> None:
-        """Let cycles pass until something is so."""
+        """Let cycles pass until the condition holds."""
         for _ in range(_MOST_CYCLES):
             if what():
                 return
@@ -72,7 +72,7 @@ class LiveMaster:
         return bool((area[32] | area[33] << 8) & OUTPUTS[name])
 
     def shows(self, name: str) -> bool:
-        """Return whether a dedicated output is ON, as the controller sends it to everybody."""
+        """Return whether a dedicated output is ON, as the controller sends it."""
         area = self.adapter.shared.to_master.read()
         return bool((area[32] | area[33] << 8) & OUTPUTS[name])
 

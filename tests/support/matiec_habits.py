@@ -1,4 +1,4 @@
-"""Programs with one construct each, beyond those of `test_constructs`, to show to matiec itself."""
+"""Programs with a single construct each, beyond `test_constructs`, as input of matiec."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ HABITS: dict[str, tuple[str, str, str]] = {
 def iec2c_takes(
     before: str, variables: str, body: str, folder: Path, end: str = "END_PROGRAM"
 ) -> bool:
-    """Return whether matiec itself translates such a program."""
+    """Return whether matiec itself translates this program."""
     matiec = find_matiec()
     assert matiec is not None
     file = folder / "program.st"

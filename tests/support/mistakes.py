@@ -1,4 +1,4 @@
-"""All mistakes in sources, for tests."""
+"""List all errors in sources, for tests."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""A PLC's Modbus TCP server, by pymodbus, whose registers the test reads and writes.
+"""A PLC's Modbus TCP server (pymodbus); the test reads and writes its registers.
 
-One lock is held for each request, as OpenPLC's runtime holds its buffers: a request sees or writes
-all of its registers between two scans, never half of them.
+A lock is held during each request, as OpenPLC's runtime locks its buffers. A request reads or
+writes all of its registers between two scans.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class ModbusPlc:
 
     Attributes:
         port: Its TCP port; the same after `stop` and `start`.
-        holds: Registers by number; those that are not there are 0.
+        holds: Registers by number; missing registers are 0.
         refuses: The code with which every request is refused, or None.
         deaf: Requests get no answer.
         requests: Function code, first register and number of each request, in their order.
@@ -50,7 +50,7 @@ class ModbusPlc:
         self._run(self._start())
 
     def stop(self) -> None:
-        """Close every connection and listen no more; the registers stay."""
+        """Close every connection and stop listening. The registers do not change."""
         self._run(self._server.shutdown())  # type: ignore[no-untyped-call]
 
     @contextmanager
@@ -74,7 +74,7 @@ class ModbusPlc:
         self._loop.close()
 
     def __enter__(self) -> ModbusPlc:
-        """Return the PLC, which is listening."""
+        """Return the listening PLC."""
         return self
 
     def __exit__(self, *_: object) -> None:

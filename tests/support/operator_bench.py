@@ -11,7 +11,7 @@ _JOGS = (0x0020, 0x0021, 0x0022)
 
 
 class OperatorBench(PlcBench):
-    """FB_Operator with the servos on, in AUTO mode, manual at the panel, at rest.
+    """FB_Operator with servos on, AUTO mode, the panel in manual operation, and no movement.
 
     Args:
         engine: As for PlcBench.
@@ -20,8 +20,8 @@ class OperatorBench(PlcBench):
         panel: Members of the panel, set at the end.
 
     Attributes:
-        refuse: Code of a command that ends with `alarm`, 0 for none; `hold` one that gets no
-            answer.
+        refuse: Code of a command that ends with `alarm`, 0 for none; `hold` a code that gets no
+        answer.
         alarm: Group and category.
         sent: The words of each command that went out, in their order.
     """
@@ -47,7 +47,7 @@ class OperatorBench(PlcBench):
             self._play()
 
     def scan_once(self) -> None:
-        """Run one scan in which the test itself answers."""
+        """Run a scan in which the test itself answers."""
         super().scan()
 
     def _play(self) -> None:
@@ -76,7 +76,7 @@ class OperatorBench(PlcBench):
         self.scan(scans)
 
     def key(self, name: str, down: bool = True, *, scans: int = 0) -> None:
-        """Press or release a key, which the next scan sees, then run scans."""
+        """Press or release a key for the next scan, then run scans."""
         self[f"Panel.Key.{name}"] = down
         self.scan(scans)
 
@@ -90,7 +90,7 @@ class OperatorBench(PlcBench):
         self.scan(1 + then)
 
     def can(self, *names: str) -> list[bool]:
-        """Return which of these keys the panel shows as possible."""
+        """Return which of these keys the panel offers."""
         return [bool(self[f"Panel.Can.{name}"]) for name in names]
 
     def lamps(self) -> list[str]:

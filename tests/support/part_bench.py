@@ -1,6 +1,6 @@
 """FB_PickPlace beside other blocks, with a simulated robot, hand and parts.
 
-The controller executes a command two scans after its code has come, and answers then.
+The controller executes a command two scans after its code has come, and then answers.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ _MOVE, _BIT, _PORT, _READ = 0x001, 0x301, 0x300, 0x304
 _FINGERS = 0x0040  # DI4()
 _CLOSES, _OPENS = 20, 21
 
-#: Fault of a command, by the scan of its execution: see `PartBench.fault`.
+#: The fault of a command when it is executed; see `PartBench.fault`.
 Fault = str
 
 
 @cache
 def _powered_up(engine: str) -> tuple[PlcBench, tuple[Any, int, bytes]]:
-    """Return the program at a robot that is ready, and its state then."""
+    """Return the program with a robot that is ready, and its state at that time."""
     plc = PlcBench(program=ROOT / "tests/data/library/TwoBlocks.st", engine=engine, contract=False)
     plc.power_up()
     plc.outputs(SO02=True)
@@ -32,20 +32,21 @@ def _powered_up(engine: str) -> tuple[PlcBench, tuple[Any, int, bytes]]:
 
 
 class PartBench:
-    """The block is `Pick`, at a robot between SOURCE and TARGET.
+    """The block `Pick` with a robot between SOURCE and TARGET.
 
-    A part lies at the source again as soon as one is taken. What must never happen raises at once.
+    When a part is taken from the source, the next part lies there. Forbidden events raise an error
+    at once.
 
     Attributes:
-        told: Commands as they are executed or refused: `move 10`, `DO(20) ON`, `read DO2`.
+        told: Commands that were executed or refused: `move 10`, `DO(20) ON`, `read DO2`.
         place: Point at which the robot stands.
         closed: The hand is closed.
-        held: A part is in it.
+        held: A part is in the hand.
         delivered: Parts that were put down at the target.
         fault: How the next command ends: `refused`, `lost` and `lost-done` (no end status, not
             executed or executed), `late` (it ends when `fault` is no more); empty: as it should.
         powered: The controller is on; without power one output opens the hand.
-        fingers: They move, and DI(43) shows that they have closed.
+        fingers: The fingers move, and DI(43) shows that they have closed.
         foreign: Another block switches the hand, so the place where it opens is not checked.
     """
 
@@ -72,7 +73,7 @@ class PartBench:
 
     @property
     def sent(self) -> int:
-        """Return the commands that have come to the controller, without those that read."""
+        """Return the number of commands that the controller has received, except reading ones."""
         return self._sent
 
     def __getitem__(self, path: str) -> Any:
@@ -88,7 +89,7 @@ class PartBench:
         return shown, int(self["Pick.ErrorID"]), bool(self["Pick.Holds"])
 
     def scan(self, count: int = 1) -> None:
-        """Run scans; the controller follows."""
+        """Run scans, in which the controller answers."""
         for _ in range(count):
             self.plc.scan()
             self._controller()
@@ -102,11 +103,11 @@ class PartBench:
         raise AssertionError(f"not within {most} scans: {self.told}, {self.end}")
 
     def ends(self, block: str = "Pick") -> None:
-        """Scan until the block is not Busy any more."""
+        """Scan until the block is no longer Busy."""
         self.until(lambda: not self[f"{block}.Busy"])
 
     def work(self, block: str = "Pick", **pins: Any) -> str:
-        """Give a new edge of Execute and wait for the end; Done or the ErrorID."""
+        """Give Execute a new edge, wait for the end, and return Done or the ErrorID."""
         self[f"{block}.Execute"] = False
         self.scan(2)
         for pin, value in pins.items():
@@ -149,7 +150,7 @@ class PartBench:
         self.scan(40)
 
     def link_loss(self) -> None:
-        """Lose the link for five scans; the command that was sent is abandoned."""
+        """Interrupt the link for five scans. The command that was sent is abandoned."""
         self["Connected"] = False
         self.plc.answer(0)
         self.scan(5)
@@ -209,7 +210,7 @@ class PartBench:
     def _hand(self) -> None:
         closed = _CLOSES in self._on
         if self._two and closed == (_OPENS in self._on):
-            return  # it stays as it is
+            return  # the hand stays as it is
         if closed and not self.closed:
             self.held = self.place == SOURCE
         elif self.closed and not closed and self.held:

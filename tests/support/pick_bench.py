@@ -1,4 +1,4 @@
-"""FB_PickPlace with a small robot that ends each command at once, and lists the commands.
+"""FB_PickPlace with a small robot that ends each command at once and lists the commands.
 
 The words are those of guide 4.2.1, 4.2.5, 4.2.17 and 4.5.1.
 """
@@ -16,11 +16,11 @@ _OUTPUTS = 1  # port type DO
 
 
 class PickBench(PlcBench):
-    """The block is `Pick`.
+    """The block `Pick` and its robot.
 
     Attributes:
-        told: The commands that have come: `PTP 10 at 50`, `DO(20) ON`, `DI2?`, `DO2?`; `date` is
-            that of another block, `Other`.
+        told: The received commands: `PTP 10 at 50`, `DO(20) ON`, `DI2?`, `DO2?`; `date` comes from
+        another block, `Other`.
         on: Outputs that are ON.
         inputs_on: Inputs that are ON, as 20 for DI(20).
         follows: Inputs that follow an output: 21 is ON while DO(20) is.
@@ -43,7 +43,7 @@ class PickBench(PlcBench):
             self[f"Pick.{name.replace('__', '.')}"] = value
 
     def scan(self, count: int = 1) -> None:
-        """Run scans; a command is answered in the scan after it."""
+        """Run scans. A command is answered in the scan after it arrives."""
         for _ in range(count):
             super().scan()
             if self.words[0] and not self._busy:
@@ -80,7 +80,7 @@ class PickBench(PlcBench):
         self.scan()
 
     def work(self) -> list[str]:
-        """Start it and wait for its end; what has come meanwhile."""
+        """Start the block, wait for its end, and return the commands that came in the meantime."""
         before = len(self.told)
         self.start()
         if self["Pick.Busy"]:

@@ -1,7 +1,7 @@
 """The second reading of the command blocks' pins: tests/spec/second_reading/pins.
 
-The grammar is at the head of blocks.toml there. Nothing here looks at spec/ or at the generator:
-words are put together from the tables alone, and compared with what a block puts on the wire.
+The head of blocks.toml in that folder gives the grammar. This module uses neither spec/ nor the
+generator. It makes words from the tables alone, to compare them with a block's words on the wire.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _SCALE = re.compile(r"x(1|100|1000)")
 
 @dataclass(frozen=True)
 class Member:
-    """Member of an enumeration; `value` is None where it chooses a command."""
+    """A member of an enumeration; `value` is None if the member chooses a command."""
 
     name: str
     value: int | None
@@ -34,7 +34,7 @@ class Member:
 
 @dataclass(frozen=True)
 class PinRow:
-    """One row for a pin on the wire. The rows of a pin differ in their conditions."""
+    """A row for a pin on the wire. Several rows of a pin have different conditions."""
 
     pin: str
     default: str
@@ -48,7 +48,7 @@ class PinRow:
 
     @property
     def members(self) -> tuple[Member, ...]:
-        """Return the members of the pin's enumeration; none if it has another type."""
+        """Return the members of the pin's enumeration, or nothing for another type."""
         return every_enumeration().get(self.how, ())
 
     @property
@@ -139,7 +139,10 @@ class PinRow:
 
 @dataclass(frozen=True)
 class Pins:
-    """One block: its pins on the wire. `codes` has one entry for '' where nothing chooses."""
+    """The pins of a block on the wire.
+
+    `codes` has a single entry for '' if no pin chooses the code.
+    """
 
     name: str
     section: str
@@ -164,7 +167,7 @@ class Pins:
         return chosen | {entry.pin: entry.default for entry in self.inputs}
 
     def given(self, **pins: Value) -> dict[str, Value]:
-        """Return a value for every input: as given, else from the base, else the default."""
+        """Return a value for every input: from `given`, else from the base, else the default."""
         chosen: dict[str, Value] = {self.select[0]: self.select[1]} if self.select[0] else {}
         for entry in self.inputs:
             chosen[entry.pin] = self.base.get(entry.pin, entry.initial)
@@ -199,14 +202,14 @@ class Pins:
 
 
 def hexadecimal(words: Sequence[int]) -> str:
-    """Return words as `n=16#1001 n+6=16#0064`; words of 0 are left out."""
+    """Return words as text such as `n=16#1001 n+6=16#0064`, without words of 0."""
     shown = (f"n+{2 * k}=16#{word:04X}" for k, word in enumerate(words) if word)
     return " ".join(shown).replace("n+0", "n", 1) or "all 0"
 
 
 @cache
 def refused_with(pin: str) -> int:
-    """Return the ErrorID of a command block for an illegal value at this input."""
+    """Return the ErrorID of a command block for an illegal value of this input."""
     pins = load_toml(FOLDER / "pins/texts.toml")["pins"]
     return next((int(number, 16) for number, names in pins.items() if pin in names), 0x8045)
 

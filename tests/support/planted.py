@@ -1,4 +1,4 @@
-"""Users' cells, and faults that can be planted in them: tests/data/planted, planted_handshakes."""
+"""Users' cells with faults to insert: tests/data/planted and planted_handshakes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ HANDSHAKES = PLANTED.with_name("planted_handshakes")
 
 @dataclass(frozen=True)
 class Fault:
-    """One row of faults.toml; `before` stands once in `file`, and becomes `after`."""
+    """A row of faults.toml. The text `before` occurs once in `file` and is replaced by `after`."""
 
     name: str
     file: str
@@ -51,6 +51,6 @@ def planted(folder: Path, fault: Fault | None = None, home: Path = PLANTED) -> P
 
 
 def found_by(fault: Fault, told: Sequence[str]) -> bool:
-    """Return whether there is a failure of the property that the fault breaks."""
+    """Return whether the failures include the property that the fault breaks."""
     kinds = (fault.breaks, f"always {fault.breaks}")
     return any(one.startswith(tuple(f"{kind} at " for kind in kinds)) for one in told)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,8 @@ from rcx_harness.watch.calls_source import steady_instances
 from rcx_harness.watch.contract import ContractMonitor
 from structured_text.engines import build
 from structured_text.engines.base import Program, Value
+from structured_text.engines.builtin.program import BuiltinProgram
+from structured_text.engines.native.program import NativeProgram
 from structured_text.projects.needed import needed
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -18,20 +21,36 @@ LIBRARY = sorted((ROOT / "plc/lib").rglob("*.st"))
 BENCH = ROOT / "tests/data/library/Bench.st"
 
 
-def compiled(text: str, engine: str = "auto") -> Program:
-    """Build a program from its text, with what it needs of the library."""
+def compiled(program: str | Path, engine: str = "auto") -> Program:
+    """Return a new instance of a program, given as its text or file.
+
+    The program is compiled with the library blocks that it needs, and only once, since many tests
+    share it.
+    """
+    return _compiled(program, engine)[0].instance()
+
+
+@lru_cache(maxsize=64)
+def _compiled(
+    program: str | Path, engine: str
+) -> tuple[BuiltinProgram | NativeProgram, frozenset[str]]:
+    """Return a program as a template for instances, and the names of its steady instances."""
     with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "Program.st"
-        file.write_text(text, encoding="utf-8")
-        return build([file, *needed([file], LIBRARY)], engine).program
+        file = program if isinstance(program, Path) else Path(folder) / "Program.st"
+        if isinstance(program, str):
+            file.write_text(program, encoding="utf-8")
+        files = needed([file], LIBRARY)
+        found = build([file, *files], engine).program
+        assert isinstance(found, (BuiltinProgram, NativeProgram))
+        return found, frozenset(steady_instances([file], files))
 
 
 class PlcBench:
-    """A program that is scanned every 10 ms: Bench.st, or the file or the text that is given.
+    """A program that is scanned every 10 ms: Bench.st, or the given file or text.
 
-    Its areas lie at offset `m` and `n`. With the margin of 20 ms the dedicated inputs change at
-    least 120 ms, 12 scans, apart. With `contract` every scan of every block is judged by the
-    contract monitor.
+    Its areas lie at offset `m` and `n`. With the margin of 20 ms, the dedicated inputs change at
+    least 120 ms, 12 scans, apart. With `contract`, the contract monitor checks every scan of every
+    block.
     """
 
     def __init__(
@@ -46,13 +65,8 @@ class PlcBench:
         engine: str = "auto",
         contract: bool = True,
     ) -> None:
-        with tempfile.TemporaryDirectory() as folder:
-            file = program if isinstance(program, Path) else Path(folder) / "Program.st"
-            if isinstance(program, str):
-                file.write_text(program, encoding="utf-8")
-            files = needed([file], LIBRARY)
-            self.program = build([file, *files], engine).program
-            steady = steady_instances([file], files)
+        self.program: Program = compiled(program, engine)
+        steady = _compiled(program, engine)[1]
         self._monitor = ContractMonitor(self.program, steady) if contract else None
         self.now_us = 0
         self.scan_us = scan_us
@@ -75,7 +89,7 @@ class PlcBench:
         return self.program.snapshot(), self.now_us, bytes(self.so), judged
 
     def restore(self, snapshot: Any) -> None:
-        """Begin again from `snapshot`."""
+        """Continue from `snapshot`."""
         program, self.now_us, so, judged = snapshot
         self.program.restore(program)
         self.so[:] = so
@@ -83,7 +97,7 @@ class PlcBench:
             self._monitor.restore(judged)
 
     def scan(self, count: int = 1) -> None:
-        """Run scans; the area `so` is what each of them reads."""
+        """Run scans, each of which reads the area `so`."""
         for _ in range(count):
             image = bytearray(self.program.read_bytes("Main.InputArea"))
             image[self.m : self.m + len(self.so)] = self.so
@@ -139,12 +153,12 @@ class PlcBench:
         self.scan(scans)
 
     def complete(self, status: int = 0x0200, response: Sequence[int] = ()) -> None:
-        """Let the command that is out end with this status in a scan; then the status is reset."""
+        """Let the command end with this status in a scan, then reset the status."""
         self.answer(status, response, scans=1)
         self.answer(0)
 
     def give(self, block: str, code: int, *, most: int = 100) -> None:
-        """Let an FB_RemoteCommand give a command, and scan until its code is out."""
+        """Let an FB_RemoteCommand send a command, and scan until its code is on the wire."""
         self[f"{block}.Code"] = code
         self.scan_until(lambda: self.words[0] == code, most=most, execute=block)
 
@@ -155,13 +169,13 @@ class PlcBench:
 
     @property
     def words(self) -> list[int]:
-        """Return SIW(0) to SIW(15) as written: code and data."""
+        """Return SIW(0) to SIW(15) from the output image: code and data."""
         area = self.image[self.n : self.n + 32]
         return [int.from_bytes(area[2 * k : 2 * k + 2], "little") for k in range(16)]
 
     @property
     def inputs(self) -> list[str]:
-        """Return the dedicated inputs that are ON as written, such as `["SI00", "SI06"]`."""
+        """Return the dedicated inputs that are ON in the output image, as in `["SI00", "SI06"]`."""
         return [
             f"SI{byte}{bit}"
             for byte in (0, 1)

@@ -12,8 +12,8 @@ _DATA_TYPE = f"({'|'.join({**dict.fromkeys(ELEMENTARY.values())})}|array|derived
 _LISTS = "|".join(SECTIONS.values())
 _REMARKS = "(addData,)?(documentation,)?"
 
-#: The children of each element, in the order that the schema asks for, as far as this project
-#: writes and reads them; then the attributes that it must have.
+#: The children of each element, in the order of the schema, as far as this project writes and reads
+#: them. After them, the required attributes.
 _CHILDREN: dict[str, tuple[str, str]] = {
     "project": (f"fileHeader,contentHeader,types,instances,{_REMARKS}", ""),
     "fileHeader": ("", "companyName productName productVersion creationDateTime"),
@@ -51,16 +51,16 @@ _CHILDREN: dict[str, tuple[str, str]] = {
 
 
 def local(element: ET.Element) -> str:
-    """Return an element's name without its namespace; `xhtml` for any element of XHTML."""
+    """Return an element's name without its namespace, or `xhtml` for any element of XHTML."""
     space, _, name = element.tag.rpartition("}")
     return "xhtml" if space == f"{{{XHTML}" else name
 
 
 def check_structure(root: ET.Element) -> None:
-    """Check that elements and attributes are in the places of the schema of TC6 2.01.
+    """Check that elements and attributes are in the places that the schema of TC6 2.01 gives.
 
-    It covers what a project in Structured Text consists of; ladder, function block diagrams and
-    the like are refused.
+    The check covers projects in Structured Text. It refuses ladder, function block diagrams and
+    other languages.
 
     Raises:
         InputError: another namespace, or an element that is unknown, misplaced or lacks an

@@ -12,18 +12,18 @@ from plc_bench import ROOT, PlcBench
 #: "Point doesn't exist", "Undefined pallet" of the public list of alarms.
 ABSENT = {0x101: (6, 204), 0x105: (6, 204), 0x109: (6, 236)}
 _READY, _RUN, _NORMAL, _ABNORMAL = 0x0000, 0x0100, 0x0200, 0x4000
-#: Codes of the definitions; the reference is one more (guide 4.3).
+#: Codes of the definitions. The code of the reference is higher by 1 (guide 4.3).
 _DEFINITIONS = (0x100, 0x104, 0x108, 0x10C, 0x110)
 
 
 class PointsBench(PlcBench):
-    """The controller's side, one status per scan: run, then the end until the code is taken away.
+    """The controller's side, which shows one status per scan: run, then the end until the reset.
 
     Attributes:
         stored: By code of the definition (robot number in bits 15 to 12) and number: words n+2, n+6
             to n+30 of it, the number left out.
         sent: The telegrams that came, 16 words each.
-        refuses: Alarm of a command, by the number of its data.
+        refuses: Alarms of refused commands, by the number of their data.
     """
 
     def __init__(self, engine: str, program: Path = ROOT / "tests/data/library/Points.st") -> None:
@@ -38,7 +38,7 @@ class PointsBench(PlcBench):
         self._start = self.program.snapshot(), self.now_us, bytes(self.so), self._judge.snapshot()
 
     def restart(self) -> None:
-        """Go back to the start; the controller has no points."""
+        """Return to the start. The controller has no points."""
         snapshot, self.now_us, so, judged = self._start
         self.program.restore(snapshot)
         self._judge.restore(judged)  # type: ignore[arg-type]
@@ -94,7 +94,7 @@ class PointsBench(PlcBench):
         return error
 
     def row(self, number: int) -> tuple[bool, int, list[int]]:
-        """Return a row of the array: Defined, Flag, Values."""
+        """Return Defined, Flag and Values of a row of the array."""
         point = self[f"Rows[{number}]"]
         assert isinstance(point, dict)
         return point["Defined"], point["Flag"], list(point["Values"])
@@ -118,7 +118,7 @@ def points_bench(engine: str) -> PointsBench:
 
 
 def record(plc: PointsBench, first: int = 10, count: int = 4, missing: int = -1) -> None:
-    """Back up points from `first`, whose axis 1 is their number; clear the controller's."""
+    """Back up points from `first` on, with axis 1 as their number, and clear the controller."""
     for number in range(first, first + count):
         if number != missing:
             plc.stored[0x100, number] = [1, 0, number, 0, *[0] * 10]

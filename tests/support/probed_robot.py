@@ -1,4 +1,4 @@
-"""A controller as `rcx serve` has it, in virtual time, and a probe's way to it."""
+"""A controller as in `rcx serve`, in virtual time, and a line to it for probes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _TIMEOUT_US = 160_000
 
 
 class StationLine(NetworkLine):
-    """Line of rcx_harness.look.probe: a station, stepped as time passes."""
+    """A line of rcx_harness.look.probe to a station that steps as time passes."""
 
     step_us = packet_us = CYCLE_US
     tolerance_us = 2 * CYCLE_US
@@ -94,7 +94,7 @@ class StationLine(NetworkLine):
         return self._images.to_robot.read()
 
     def happen(self, text: str, event: str) -> bool:
-        """Carry out the request to the person at the cell."""
+        """Carry out a request that is meant for the person at the cell."""
         self._station.happen(event)
         return True
 
@@ -107,7 +107,7 @@ def question(name: str) -> Question:
 def rehearsed(
     *names: str, prepare: Callable[[StationLine], None] = lambda line: None, **config: Any
 ) -> Outcome:
-    """Ask these questions (all without a name) of a virtual controller with these keys."""
+    """Run these questions (or all questions) on a virtual controller with these keys."""
     line = StationLine(RobotConfig(**config))
     prepare(line)
     asked = [question(name) for name in names] or questions()

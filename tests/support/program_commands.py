@@ -1,4 +1,4 @@
-"""Category 5: telegrams to programs and tasks, and the controller's answers."""
+"""Telegrams of category 5 to programs and tasks, and the controller's answers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ STATES, LINES = 0x507, 0x508
 ALL, NUMBER, TASK, NAME = 0, 1, 2, 4
 NO_TASK = 9
 
-#: Each waits for an input of its own, SI(20) or SI(21), and shows what it did at SO3().
+#: Two programs. Each waits for its own input, SI(20) or SI(21), and shows its progress at SO3().
 FIRST = RobotProgram("FIRST", steps=("SO(30)=1", "WAIT SI(20)=1", "SO(31)=1"), loop=False)
 SECOND = RobotProgram("SECOND", steps=("SO(32)=1", "WAIT SI(21)=1", "SO(33)=1"), loop=False)
 

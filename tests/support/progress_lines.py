@@ -1,4 +1,4 @@
-"""The additional lines that a command prints on a slow machine."""
+"""Remove the additional lines that a command prints on a slow machine."""
 
 from __future__ import annotations
 
@@ -6,6 +6,6 @@ _PROGRESS = ("compiling", "running:")
 
 
 def without_progress(stderr: str) -> str:
-    """Return what was printed on standard error, without the lines that show the progress."""
+    """Return text from standard error without the lines that show the progress."""
     lines = stderr.splitlines(keepends=True)
     return "".join(line for line in lines if not line.startswith(_PROGRESS))

@@ -1,4 +1,4 @@
-"""A few blocks of plc/lib in a folder of their own, and their results from the solver."""
+"""A few blocks of plc/lib in a folder, and their results from the solver."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _LIBRARY = sorted((_ROOT / "plc/lib").rglob("*.st"))
 
 
 def library(folder: Path, *blocks: str, bug: str = "", bugs: str = "") -> Library:
-    """Return these blocks with all that they use, and seeded bugs of `proof_bugs/BUGS.toml`."""
+    """Return these blocks and the blocks they use, with seeded bugs of `proof_bugs/BUGS.toml`."""
     own = [file for file in _LIBRARY if file.stem in blocks]
     for file in {*own, *needed(own, _LIBRARY)}:
         copy = folder / file.relative_to(_ROOT / "plc/lib")

@@ -1,6 +1,7 @@
-"""A controller driven through all that the keys of a robot file decide, and what it answered.
+"""A controller that is exercised in everything that robot file keys decide, with its answers.
 
-The master is robot_master's; every cycle is noted, and with it what a person did at the cell.
+The master is that of robot_master. Every cycle is recorded, together with the actions of a person
+at the cell.
 """
 
 from __future__ import annotations
@@ -23,8 +24,8 @@ class RecordedMaster(Master):
         self.cycles: list[tuple[int, bytes | None, bytes]] = []
         self.happenings: list[Happening] = []
 
-    def run(self, ms: float) -> None:
-        """Let `ms` pass, in cycles of 5 ms."""
+    def run(self, ms: float, *, idle: bool = True) -> None:
+        """Let `ms` pass, in cycles of 5 ms; the inputs never change by themselves."""
         for _ in range(round(ms * 1000) // CYCLE_US):
             si = bytes(self.si) if self.connected else None
             self.so = self.robot.cycle(self.now_us, si)
@@ -32,12 +33,12 @@ class RecordedMaster(Master):
             self.now_us += CYCLE_US
 
     def happen(self, event: str, **args: int) -> None:
-        """Let something happen to the controller before the next cycle."""
+        """Inject an event into the controller before the next cycle."""
         self.happenings.append(Happening(self.now_us, event, args))
         self.robot.inject(event, **args)
 
     def ask(self, name: str, robot: int = 0, within_ms: float = 4000, **fields: FieldValue) -> None:
-        """Send one remote command, and wait until the controller is ready again."""
+        """Send a remote command, and wait until the controller is ready again."""
         self.send(*_words(name, robot, **fields))
         self.wait_for_end(within_ms)
 
@@ -56,7 +57,7 @@ class RecordedMaster(Master):
 
 
 def short_run(master: RecordedMaster) -> None:
-    """Power-on, servo ON, program start, some references, an emergency stop: three seconds."""
+    """Run power-on, servo ON, a program start, some references and an emergency stop in 3 s."""
     master.run(100)
     for name in ("SI00", "SI06"):
         master.turn_and_wait(name, True)
@@ -71,7 +72,7 @@ def short_run(master: RecordedMaster) -> None:
 
 
 def busy_run(master: RecordedMaster) -> None:
-    """Run `short_run`, then servo ON, a program and commands at times when they have no effect."""
+    """Run `short_run`, then servo ON, a program, and commands at times when they have no effect."""
     short_run(master)
     master.turn_and_wait("SI00", False)
     master.pulse("SI01", 120)
@@ -119,12 +120,12 @@ def _signals(master: RecordedMaster) -> None:
     master.pulse("SI16", 120)
     master.turn_and_wait("SI00", True)
     master.turn_and_wait("SI10", True)
-    master.pulse("SI12", 120)  # in the stop status: 12.400
+    master.pulse("SI12", 120)  # in the stop status: alarm 12.400
     master.pulse("SI17", 120)
     master.turn_and_wait("SI06", True)
     master.pulse("SI14", 120)  # with the servos off
     master.run(600)
-    master.turn("SI16", True)  # 60 ms later another one
+    master.turn("SI16", True)  # another command 60 ms later
     master.run(60)
     master.turn_and_wait("SI00", False)
     master.turn_and_wait("SI16", False)
@@ -138,7 +139,7 @@ def _signals(master: RecordedMaster) -> None:
     _up(master)
     master.turn("SI10", False)
     master.run(60)
-    master.turn("SI10", True)  # too early: the level
+    master.turn("SI10", True)  # too early, so the level counts
     master.run(200)
     master.pulse("SI17", 120)
     master.run(1500)
@@ -161,15 +162,15 @@ def _references(master: RecordedMaster) -> None:
     master.ask("ReadPointComment", point=77)
     master.ask("ReadShift", shift=7)
     master.ask("ReadPallet", pallet=3)
-    master.send(0x0F00)  # no command of the manual
+    master.send(0x0F00)  # a command code that the manual does not have
     master.wait_for_end()
-    master.send(0x4505)  # a robot that is not there
+    master.send(0x4505)  # a robot that does not exist
     master.wait_for_end()
-    master.send(0x0501, 0, 0, 0, 5)  # a word that it does not use
+    master.send(0x0501, 0, 0, 0, 5)  # a word that the command does not use
     master.wait_for_end()
-    master.send(0x0101, 0, 0, 0, 0xFFFF, 0xFFFF)  # no such point
+    master.send(0x0101, 0, 0, 0, 0xFFFF, 0xFFFF)  # a point that does not exist
     master.wait_for_end()
-    master.ask("ReadParameter", 1, parameter=257, axes=32)  # of an axis that is not there
+    master.ask("ReadParameter", 1, parameter=257, axes=32)  # an axis that does not exist
     master.ask("ReadOptionSlots", controller=1)
 
 
@@ -177,7 +178,7 @@ def _data(master: RecordedMaster) -> None:
     master.ask("WritePointComment", point=50, comment="ABC")
     master.ask("ReadPointComment", point=50)
     master.ask("AssignValue", variable1=256, value=0x40200000)
-    master.ask("AssignVariable", variable1=3, variable2=256)  # rounded, or cut off
+    master.ask("AssignVariable", variable1=3, variable2=256)  # rounded or truncated
     master.ask("ReadVariable", variable=3)
     master.ask("AssignValue", variable1=1, value=2_000_000_000)
     master.ask("MultiplyVariable", variable1=1, variable2=1)
@@ -204,7 +205,7 @@ def _data(master: RecordedMaster) -> None:
 
 
 def _handshake(master: RecordedMaster) -> None:
-    """Send commands that are changed, early or late, as no PLC should send them."""
+    """Send commands that are changed, early or late, which no PLC should do."""
     for words in ((0x0506,), (0x0501, 0, 0, 9)):
         master.send(0x0501)
         master.run(5)
@@ -259,7 +260,7 @@ def _programs(master: RecordedMaster) -> None:
     _up(master)
     master.pulse("SI15", 120)
     master.pulse("SI12", 120)
-    master.pulse("SI15", 120)  # while it runs
+    master.pulse("SI15", 120)  # during the command
     master.ask("ReadTaskStatus")
     master.ask("ReadProgramInfo", method=1, program=1)
     master.ask("MoveIDirectPulses", 1, distances=(1000, 0))
@@ -375,7 +376,7 @@ def _words(name: str, robot: int = 0, **fields: FieldValue) -> tuple[int, ...]:
 
 
 def noted(values: Mapping[str, Any], seed: int = 0) -> RecordedMaster:
-    """Return the master of a controller with these values, after the exercises."""
+    """Return the master of a controller with these values after the exercises."""
     master = RecordedMaster(seed, **values)
     exercised(master)
     return master

@@ -1,4 +1,4 @@
-"""FB_CommandRecorder alone: what the tests of the recorder and of its log write and read."""
+"""FB_CommandRecorder alone, with helpers that write its inputs and read its log."""
 
 from __future__ import annotations
 
@@ -47,13 +47,13 @@ class Recorder:
         return rows
 
     def edges(self, count: int) -> None:
-        """Let SO(15), warning, change this many times, once a scan."""
+        """Change SO(15), the warning, this many times, once a scan."""
         for _ in range(count):
             self["Robot.SO.SO15_Warning"] = not self._alone["Robot.SO.SO15_Warning"]
             self.scan()
 
     def command(self, status: int, code: int = 0x1001, **fields: Any) -> None:
-        """Show a remote command that runs for three scans and ends with this status."""
+        """Simulate a remote command that runs for three scans and ends with this status."""
         self["Robot.Inner.Code"] = code
         self["Robot.Inner.Phase"] = "PHASE_COMMAND_DATA"
         self.scan()
@@ -80,7 +80,7 @@ def short(entry: Mapping[str, Any]) -> Row:
 
 
 def connected() -> Recorder:
-    """Return a recorder after Connected and CPU_OK, with one row in its log: SO(01)."""
+    """Return a recorder after Connected and CPU_OK, with a single row in its log: SO(01)."""
     block = Recorder()
     block["Robot.Connected"] = True
     block["Robot.SO.SO01_CpuOk"] = True

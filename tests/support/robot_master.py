@@ -1,4 +1,4 @@
-"""A master without a PLC: sets bits and words and lets controller cycles pass."""
+"""A master without a PLC that sets bits and words and lets controller cycles pass."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ def abnormal_end(number: str) -> tuple[int, ...]:
 
 
 class Master:
-    """Drives a controller; its keyword arguments are RobotConfig's.
+    """A master that drives a controller. Keyword arguments are those of RobotConfig.
 
-    All delays are fixed and short unless given, so that a test can count cycles.
+    All delays are fixed and short by default, so that a test can count cycles.
     """
 
     def __init__(self, seed: int = 0, **config: Any) -> None:
@@ -32,23 +32,24 @@ class Master:
         self.now_us = 0
         self.connected = True
 
-    def run(self, ms: float) -> None:
+    def run(self, ms: float, *, idle: bool = False) -> None:
         """Let `ms` pass, in cycles of 5 ms.
 
         A general-purpose input changes in every cycle, so that none of them is skipped as idle.
+        With `idle` it does not: the controller skips what it can, which is faster.
         """
         for _ in range(round(ms * 1000) // CYCLE_US):
-            self.si[45] ^= 0x80
+            self.si[45] ^= 0 if idle else 0x80
             self.so = self.robot.cycle(self.now_us, bytes(self.si) if self.connected else None)
             self.now_us += CYCLE_US
 
     def turn(self, name: str, on: bool) -> None:
-        """Change a dedicated input, without letting time pass."""
+        """Change a dedicated input without letting time pass."""
         at, mask = 32 + (INPUTS[name] > 0xFF), INPUTS[name] >> (8 if INPUTS[name] > 0xFF else 0)
         self.si[at] = self.si[at] | mask if on else self.si[at] & ~mask
 
     def turn_and_wait(self, name: str, on: bool, ms: float = 150) -> None:
-        """Change a dedicated input and keep it for longer than the interval."""
+        """Change a dedicated input, and wait longer than the interval."""
         self.turn(name, on)
         self.run(ms)
 
@@ -86,7 +87,7 @@ class Master:
         return self.words[0]
 
     def finish(self, within_ms: float = 5000) -> tuple[int, ...]:
-        """Let the command end; words m to m+30 then."""
+        """Let the command end, and return words m to m+30."""
         for _ in range(round(within_ms) // 5):
             self.run(5)
             if self.status in (0x0200, 0x4000):
@@ -94,7 +95,7 @@ class Master:
         raise AssertionError(f"no end status within {within_ms} ms; status 0x{self.status:04X}")
 
     def execute(self, *words: int) -> tuple[int, ...]:
-        """Send a command, let it end and reset the status; words m to m+30 at its end."""
+        """Send a command, let it end, return words m to m+30 at its end, and reset the status."""
         self.send(*words)
         answer = self.finish()
         self.send()
@@ -103,15 +104,18 @@ class Master:
         return answer
 
     def power_up(self) -> None:
-        """Power up: SI(00) and SI(06) ON, the controller booted, no alarm."""
-        self.run(300)
-        self.turn_and_wait("SI00", True)
-        self.turn_and_wait("SI06", True)
+        """Power up to SI(00) and SI(06) ON, with the controller booted and no alarm."""
+        self.run(300, idle=True)
+        for name in ("SI00", "SI06"):
+            self.turn(name, True)
+            self.run(150, idle=True)
 
     def servo_on(self) -> None:
-        """Power up and the servos on."""
+        """Power up, and switch the servos on."""
         self.power_up()
-        self.pulse("SI01")
+        for on in (True, False):
+            self.turn("SI01", on)
+            self.run(150, idle=True)
         assert self.on("SO02")
 
     def texts(self) -> list[str]:

@@ -1,4 +1,4 @@
-"""A robot with a program in the robot language, and a master that starts it."""
+"""A robot with a program in the robot language, and a master that starts the program."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from robot_master import Master
 
 __all__ = ["POINTS", "calculated", "running", "started"]
 
-#: Two axes move 100 mm and 50 mm at 1000 pulses/mm; point 3 is in pulses.
+#: Two axes with 1000 pulses/mm that move 100 mm and 50 mm. Point 3 is in pulses.
 POINTS = {
     1: Point((100_000, 50_000, 0, 0, 0, 0), mm=True),
     2: Point((20_000, 0, 0, 0, 0, 0), mm=True),
@@ -18,7 +18,7 @@ POINTS = {
 
 
 def started(text: str, *others: RobotProgram, **config: Any) -> Master:
-    """Return a master whose servos are on, right after the start of the program `text`."""
+    """Return a master with its servos on, right after the start of the program `text`."""
     programs = (RobotProgram("MAIN", text=text), *others)
     given: dict[str, Any] = {"points": POINTS, "program_start_delay": 5.0, **config}
     master = Master(programs=programs, **given)

@@ -1,7 +1,7 @@
-"""One round trip: a remote command, and a later command that shows its effect.
+"""A round trip: a remote command, and a later command that shows its effect.
 
-One controller serves all of them: a SCARA robot of four axes, of which 2 and 4 have the mark
-method, with 1000 pulses to the millimetre, an extended area and two programs.
+All trips use the same controller: a SCARA robot of four axes with 1000 pulses per millimetre, an
+extended area and two programs. Axes 2 and 4 have the mark method.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ from robot_master import Master
 from stored_data import long_words
 
 Words = tuple[int, ...]
-#: A telegram, or something that happens beside the telegrams.
+#: A telegram, or an event besides the telegrams.
 Step = Words | Callable[[Master], object]
 
 _LINES = ("MO(20)=1", "MO(21)=1", "MO(22)=1", "DELAY 60000")
 FIRST, SECOND = (1000, -2000, 3000, 4000), (-5000, 600, 700, 80)
 
-#: Current position, in pulses and in mm; point 5.
+#: Requests of the current position, in pulses and in mm, and of point 5.
 PULSES, IN_MM, READ_5 = (0x505,), (0x506,), (0x101, 0, 5)
 
 
 @dataclass(frozen=True)
 class Trip:
-    """Steps, and what the last telegram answers then; or what `look` finds."""
+    """Steps, and the expected answer to the last telegram or the expected result of `look`."""
 
     code: int
     steps: tuple[Step, ...]
@@ -88,12 +88,15 @@ def answer(*words: int) -> Words:
 
 
 def at(*positions: int) -> Words:
-    """Return the answer with a current position."""
+    """Return the expected answer with a current position in pulses."""
     return answer(0, 0, *long_words(*positions))
 
 
 def at_mm(*positions: int) -> Words:
-    """Return the answer with a position in 0.001 mm; bit 0 of m+6 is as in the printed example."""
+    """Return the expected answer with a position in 0.001 mm.
+
+    Bit 0 of m+6 is as in the printed example.
+    """
     return answer(0, 1, *long_words(*positions))
 
 
@@ -102,7 +105,10 @@ def point_is(number: int, flags: int, *data: int) -> Words:
 
 
 def states_are(*states: int) -> Words:
-    """Return the answer with states of servo or origin; axes 5 and 6 do not exist."""
+    """Return the expected answer with states of servo or origin.
+
+    Axes 5 and 6 do not exist.
+    """
     return answer(*states, 9, 9)
 
 

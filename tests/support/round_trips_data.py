@@ -38,7 +38,7 @@ def _serious(master: Master) -> bool:
 
 
 def _ways(master: Master) -> list[bool]:
-    """Return which axes have an accumulated moving distance."""
+    """Return the axes that have an accumulated moving distance."""
     return [way > 0 for way in master.robot.machine.data.accumulated.distances]
 
 
@@ -102,7 +102,7 @@ def _stored() -> list[Trip]:
 
 
 def _variables() -> list[Trip]:
-    """Return the trips of assignment and arithmetic; SGI1 is 12 before (4.4.1)."""
+    """Return the trips of assignment and arithmetic (4.4.1). SGI1 is 12 at the start."""
     results = {
         0x200: {3: 3, 4: 4},
         0x204: {3: 15, 4: 16},
@@ -200,5 +200,5 @@ def _data() -> list[Trip]:
     return trips
 
 
-#: Two of a code have two different values wherever there are two.
+#: Two trips of a code have different values wherever the code has two outcomes.
 DATA_TRIPS: tuple[Trip, ...] = (*_stored(), *_variables(), *_programs_and_ports(), *_data())

@@ -54,7 +54,7 @@ def _way_of_axis_1(master: Master) -> int:
 
 
 def _moves() -> list[Trip]:
-    """Return the trips of movements, read back as current position."""
+    """Return the trips of movements, checked by the current position."""
     trips: list[Trip] = []
     for point, place in ((1, FIRST), (2, SECOND)):
         by_point: dict[int, Step] = {
@@ -129,7 +129,7 @@ def _axes() -> list[Trip]:
         Trip(0x042, (_NO_POWER, (0x042,), _SERVOS), states_are(1, 1, 1, 1)),
         Trip(0x043, (_NO_POWER, (0x043,), (0x034, 0, 0x01), _SERVOS), states_are(1, 0, 0, 0)),
     ]
-    for which, code in enumerate((0x039, 0x038, 0x03A)):  # automatic, manual, program speed
+    for which, code in enumerate((0x039, 0x038, 0x03A)):  # automatic, manual and program speed
         for speed in (33, 77):
             speeds = [100, 20, 100]
             speeds[which] = speed
@@ -144,12 +144,12 @@ def _axes() -> list[Trip]:
         trips += [Trip(code, (*changes, (0x50B,)), answer(arm_now)) for code in (0x03D, 0x50B)]
         move = (0x001, 0, 0, 0, 1)
         trips.append(Trip(0x50C, (*changes, move, (0x50C,)), answer(arm_now)))
-    for limit in (30, 60):  # axis 1 needs 90 % to be held; 20 % are its rated torque
+    for limit in (30, 60):  # holding axis 1 needs 90 %, and the rated torque is 20 %
         steps = ((0x048, 0, 1, limit), (0x001, 0, 0, 0, 1), wait)
         trips += [Trip(code, (*steps, (0x510,)), answer(limit)) for code in (0x048, 0x510)]
         trips.append(Trip(0x516, (*steps, (0x516,)), answer(5 * limit)))
     return trips
 
 
-#: Two of a code have two different values wherever there are two.
+#: Two trips of a code have different values wherever the code has two outcomes.
 MOTION_TRIPS: tuple[Trip, ...] = (*_moves(), *_axes())

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 from tiers import ENGINES
 
-#: Reasons that mean the same to a reader, and the words for them. The first match counts.
+#: Reasons with the same meaning, and their common text. The first match counts.
 _SAME = (
     (ENGINES, "need matiec or STruC++: docs/reference/engines.md"),
     (r"C compiler|no cc", "need a C compiler"),
@@ -19,7 +19,7 @@ _SAME = (
 
 
 def skip_lines(reasons: Iterable[str]) -> list[str]:
-    """Return one line for each kind of reason, the most frequent first.
+    """Return a line for each kind of reason, beginning with the most frequent.
 
     Args:
         reasons: The reason of each skipped test, as pytest reports it.
@@ -34,10 +34,10 @@ def _kind(reason: str) -> str:
 
 
 def left_out_line(count: int) -> str:
-    """Return the line that says what `make test-all` would run besides."""
+    """Return the line with the number of tests that only `make test-all` runs."""
     return f"{count:,} exhaustive tests were left out: make test-all runs them, too"
 
 
 def repeat_line(node: str) -> str:
-    """Return the command that runs one test again, alone."""
+    """Return the command that repeats a single test."""
     return f"repeat one: .venv/bin/python -m pytest -n 0 '{node}'"

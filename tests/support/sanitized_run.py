@@ -1,7 +1,7 @@
 """Run the library on matiec with hostile inputs: `python sanitized_run.py [FILE.st]`.
 
-Started by tests/structured_text/engines/matiec/test_sanitizers.py with the sanitizers' library
-preloaded. With a file it runs that program for one scan instead.
+tests/structured_text/engines/matiec/test_sanitizers.py starts this script with the sanitizers'
+library preloaded. If a file is given, the script runs that program for one scan instead.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """FB_ScaraForward and FB_ScaraInverse alone, with the arm of a YK400XE.
 
-Its arms have 225 and 175 mm (its data sheet); here each axis has 1000 pulses per unit.
+The arms have 225 and 175 mm (data sheet). Each axis has 1000 pulses per unit here.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def scara(name: str, engine: str) -> Alone:
 
 
 def with_arm(block: Alone, arm: Mapping[str, Any]) -> None:
-    """Start again, with this arm."""
+    """Restart with this arm."""
     block.restart()
     for field, value in {**_ARM, **arm}.items():
         block[f"Block.Arm.{field}"] = value

@@ -1,9 +1,9 @@
-"""The library's SCARA kinematics beside the model's.
+"""Compare the library's SCARA kinematics with the model's.
 
-Random poses of every SCARA robot of spec/robots.toml within its soft limits, with hands on and
-beside the R axis, shifts, zeros far away and whole turns. FB_ScaraForward is compared with the
-virtual controller's own arithmetic in double precision; FB_ScaraInverse with it, too, and by where
-its pulses bring the tool.
+The poses are random, for every SCARA robot of spec/robots.toml within its soft limits, with hands
+on and beside the R axis, shifts, distant zeros and whole turns. FB_ScaraForward is compared with
+the virtual controller's arithmetic in double precision. FB_ScaraInverse is compared with it, too,
+and by the tool position that its pulses give.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from rcx_harness.spec.robots import robot_models
 from structured_text.engines import build
 from structured_text.projects.needed import needed
 
-#: Angle of axis 2 from stretched and from folded below which its pulses are not compared [deg].
+#: Angle between axis 2 and the stretched or folded arm below which pulses are not compared [deg].
 _NEAR = 20.0
-#: More than rounding to 0.001 mm can move an axis, and far less than a whole turn [pulse].
+#: Larger than a change of an axis by rounding to 0.001 mm, and far less than a whole turn [pulse].
 _SAME = 1000
 _MOST_HAND, _MOST_SHIFT = 300, 500
-#: Additional tolerance for a shift and for a hand on the R axis; and for zeros [pulse].
+#: Additional tolerance for a shift and a hand on the R axis, and for zeros [pulse].
 _MOST_TURNS, _MOST_ZERO = 10, 900_000_000
 
-#: Tolerances in the heads of the blocks: mm, degrees, pulses; mm.
+#: Tolerances in the heads of the blocks, in mm, degrees and pulses, and in mm.
 LIMITS = {"place": 0.002, "turn": 0.001, "pulses": 2.0, "back": 0.02}
 
 _PROGRAM = """PROGRAM Kinematics
@@ -53,7 +53,7 @@ END_PROGRAM
 
 @dataclass(frozen=True)
 class Pose:
-    """A robot, what it carries, and where its axes are.
+    """A robot, its hand and shift, and the positions of its axes.
 
     Attributes:
         model: Name in spec/robots.toml.
@@ -61,7 +61,7 @@ class Pose:
         on_r: The hand is on the R axis.
         shift: X, Y, Z and R [0.001 mm, 0.001 degree].
         pulses: Pulses of axes 1 to 4.
-        away: Distance of their zeros from those of the model [pulse].
+        away: Distance of the axes' zeros from those of the model [pulse].
     """
 
     model: str
@@ -78,7 +78,7 @@ class Pose:
         return tuple(zero + by for zero, by in zip(own, self.away, strict=True))
 
     def frame(self, *, left: bool = False) -> Frame:
-        """Return the controller's coordinates, as `rcx_harness.robot.arm` makes them."""
+        """Return the controller's coordinates, as `rcx_harness.robot.arm` calculates them."""
         return _frame(self.model, self.hand, self.on_r, self.shift, self.zeros, left)
 
     def arm(self) -> dict[str, Any]:
@@ -106,11 +106,11 @@ class Worst:
 
     Attributes:
         poses: Number of poses.
-        place: Of the forward direction [mm].
-        turn: Of its R [degree].
-        pulses: Of the inverse direction from the model's, where the arm is not nearly straight.
-        back: From where the inverse's pulses bring the tool to the position asked for; half a
-            pulse of each axis is part of it [mm].
+        place: Largest position difference of the forward direction [mm].
+        turn: Largest R difference of the forward direction [degree].
+        pulses: Largest difference between inverse and model, if the arm is not nearly straight.
+        back: Largest distance between the requested position and that of the inverse's pulses [mm].
+        It includes half a pulse of each axis.
     """
 
     poses: int = 0
@@ -151,7 +151,10 @@ def _frame(
 
 
 def poses(chance: random.Random, each: int) -> Iterator[Pose]:
-    """Return `each` poses of every SCARA; every tenth pose has a new hand, shift and zeros."""
+    """Return `each` poses of every SCARA robot.
+
+    Every tenth pose has a new hand, shift and zeros.
+    """
     for name, model in robot_models().items():
         if not model.scara:
             continue
@@ -162,7 +165,7 @@ def poses(chance: random.Random, each: int) -> Iterator[Pose]:
             if number % 10 == 9:
                 on_r = chance.random() < 0.5
                 lengths = [chance.randint(-1000 * _MOST_HAND, 1000 * _MOST_HAND) for _ in range(3)]
-                if not on_r:  # it lengthens arm 2 by up to _MOST_HAND, and turns it by half a turn
+                if not on_r:  # lengthens arm 2 by up to _MOST_HAND, turned by up to half a turn
                     most = round(180 * axes[1]["pulses_per_mm"])
                     lengths = [chance.randint(-most, most), abs(lengths[1]), lengths[2]]
                 hand = (lengths[0], lengths[1], lengths[2])
@@ -183,7 +186,7 @@ def compare(some: Iterable[Pose], engine: str = "auto") -> Worst:
 
     Args:
         some: Poses; poses of one robot with one hand should be together.
-        engine: What runs the blocks.
+        engine: The engine that runs the blocks.
     """
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "Kinematics.st"
@@ -226,7 +229,7 @@ def _note(
     asked: Sequence[float],
     pulses: Sequence[int],
 ) -> None:
-    """Note the differences: `found` belongs to the exact `place`, `pulses` to `asked`."""
+    """Record the differences: `found` belongs to the exact `place`, `pulses` to `asked`."""
     worst.poses += 1
     apart = max(abs(a - b / 1000) for a, b in zip(found[:3], place[:3], strict=True))
     worst.place = max(worst.place, apart)
@@ -243,5 +246,5 @@ def _note(
 
 
 def _real(value: float) -> float:
-    """Return the number as a REAL: near 8000 degrees it differs by up to 0.00024."""
+    """Return the number as a REAL, which differs by up to 0.00024 near 8000 degrees."""
     return float(struct.unpack("f", struct.pack("f", value))[0])

@@ -1,8 +1,8 @@
-"""The second reading of the remote command guide, and its own judgement of telegrams.
+"""The second reading of the remote command guide, and its own check of telegrams.
 
-tests/spec/second_reading/*.toml say in another form than spec/remote_commands.toml what each
-command's section prints; the head of category_1.toml gives the grammar. Nothing here looks at the
-spec: the two sides meet in tests/spec/test_second_reading.py.
+tests/spec/second_reading/*.toml describe the printed sections of the commands in another form than
+spec/remote_commands.toml. The head of category_1.toml gives the grammar. This module does not use
+spec/; tests/spec/test_second_reading.py compares both.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ _RANGE = re.compile(rf"({_INTEGER})(?:\.\.({_INTEGER}))?")
 
 @dataclass(frozen=True)
 class Place:
-    """Some bits of a telegram: `width` of them from bit `low` of the word at byte `at` on.
+    """A field of a telegram: `width` bits from bit `low` of the word at byte `at` on.
 
-    `kind` is `u`, `s`, `f` or `t` (one character of a text).
+    `kind` is `u`, `s`, `f` or `t` (a character of a text).
     """
 
     side: str
@@ -52,7 +52,7 @@ class Place:
 
     @cached_property
     def mask(self) -> int:
-        """Return the bits of the field in the telegram as one number; bit 0 is bit 0 of word 0."""
+        """Return the bits of the field in the telegram as a number; bit 0 is bit 0 of word 0."""
         return ((1 << self.width) - 1) << (8 * self.at + self.low)
 
     @property
@@ -63,16 +63,16 @@ class Place:
         return 0, (1 << self.width) - 1
 
     def read(self, words: Sequence[int]) -> int:
-        """Return its value in the words of a telegram; of an f32 the bit pattern."""
+        """Return the field's value in the words of a telegram, or the bit pattern of an f32."""
         return self.value_in(_number(words))
 
     def value_in(self, telegram: int) -> int:
-        """Return its value in a telegram that is given as one number."""
+        """Return the field's value in a telegram that is given as a number."""
         raw = (telegram & self.mask) >> (8 * self.at + self.low)
         return raw - (1 << self.width) if self.kind == "s" and raw > self.limits[1] else raw
 
     def write(self, words: list[int], value: int) -> None:
-        """Put `value` there; it must be within `limits`."""
+        """Write `value` into the field. It must be within `limits`."""
         low, high = self.limits
         assert low <= value <= high, f"{self} cannot be {value}"
         raw = (value & ((1 << self.width) - 1)) << (8 * self.at + self.low)
@@ -82,7 +82,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Legal:
-    """A set of the grammar."""
+    """A set of legal values in the grammar."""
 
     ranges: tuple[tuple[int, int], ...] = ()
     anything: bool = False
@@ -103,7 +103,7 @@ class Legal:
 
 @dataclass(frozen=True)
 class Row:
-    """One row: equal places one after the other, and their legal values."""
+    """A row with consecutive equal fields and their legal values."""
 
     places: tuple[Place, ...]
     what: str
@@ -111,11 +111,11 @@ class Row:
     conditions: tuple[tuple[Place, Legal, Legal], ...] = ()
 
     def allowed(self, words: Sequence[int]) -> Legal:
-        """Return what it may hold in the words of this telegram."""
+        """Return the legal values of the field in the words of this telegram."""
         return self.allowed_in(_number(words))
 
     def allowed_in(self, telegram: int) -> Legal:
-        """Return the legal values of the field in a telegram that is given as one number."""
+        """Return the legal values of the field in a telegram that is given as a number."""
         if not self.conditions:
             return self.legal
         for other, when, legal in self.conditions:
@@ -124,11 +124,11 @@ class Row:
         return Legal(anything=True)
 
     def problem(self, words: Sequence[int]) -> str:
-        """Return the error with its values; empty if nothing is."""
+        """Return the error with its values, or an empty text."""
         return self.problem_in(_number(words))
 
     def problem_in(self, telegram: int) -> str:
-        """Return the error with its values in a telegram that is given as one number."""
+        """Return the error with its values in a telegram that is given as a number."""
         allowed = self.allowed_in(telegram)
         values = [part.value_in(telegram) for part in self.places]
         filler = values[-1]
@@ -143,7 +143,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Reading:
-    """One command as its section prints it."""
+    """A command as its section prints it."""
 
     code: int
     robot: bool
@@ -160,7 +160,7 @@ class Reading:
         return f"{'0xR' if self.robot else '0x0'}{self.code:03X} ({self.section})"
 
     def problem(self, words: Sequence[int]) -> str:
-        """Return the error with a request; empty if nothing is. Word 0 is not read."""
+        """Return the error of a request, or an empty text. Word 0 is not read."""
         telegram = _number(words)
         for part in self.zero:
             if part.value_in(telegram):
@@ -175,9 +175,9 @@ class Reading:
         return ""
 
     def mend(self, words: list[int], keep: int = 0) -> None:
-        """Make a request legal by changing illegal values, but no bit of the mask `keep`.
+        """Make a request legal by changing illegal values, without the bits of the mask `keep`.
 
-        The kept bits may be illegal; then the request stays illegal.
+        If the bits in `keep` are illegal, the request stays illegal.
         """
         for _ in range(3):  # a changed value may be the condition of another row
             before = _number(words)
@@ -235,7 +235,7 @@ def reading(entry: dict[str, Any]) -> Reading:
 
 
 def _expanded(texts: Sequence[str]) -> Iterator[str]:
-    """Put the rows of a group in the place of its name."""
+    """Replace the name of a group by its rows."""
     for text in texts:
         yield from _shared("group")[text[1:]] if text.startswith("+") else [text]
 
@@ -286,7 +286,7 @@ def place(text: str) -> tuple[Place, ...]:
 
 
 def first(legal: Legal) -> int:
-    """Return a legal value."""
+    """Return the first legal value."""
     if legal.ranges:
         return legal.ranges[0][0]
     return 1 if legal.one_bit else 0
@@ -327,7 +327,7 @@ def _sides(found: Reading) -> Iterator[tuple[str, Place]]:
             for part in entry.places:
                 yield side, part
             for other, _, _ in entry.conditions:
-                yield "n", other  # a response, too, may depend on the request
+                yield "n", other  # a response may also depend on the request
 
 
 def _number(words: Sequence[int]) -> int:
@@ -336,7 +336,7 @@ def _number(words: Sequence[int]) -> int:
 
 @cache
 def _shared(kind: str) -> dict[str, Any]:
-    """Return what several commands share: the tables `group` or `answer`."""
+    """Return the tables `group` or `answer`, which several commands share."""
     shared: dict[str, Any] = load_toml(FOLDER / "category_1.toml")[kind]
     return shared
 

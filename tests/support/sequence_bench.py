@@ -1,4 +1,4 @@
-"""The bench of the sequence blocks: Sequences.st, and a controller that is up."""
+"""A bench for sequence blocks: Sequences.st, and a controller that is powered up."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from plc_bench import ROOT, PlcBench
 
 
 def sequences() -> PlcBench:
-    """Return a bench in AUTO with the servos off, SI(00) and SI(06) ON and settled."""
+    """Return a bench in AUTO mode with servos off, and SI(00) and SI(06) ON and settled."""
     plc = PlcBench(program=ROOT / "tests/data/library/Sequences.st")
     plc.power_up()
     return plc
@@ -21,7 +21,7 @@ def servo_on() -> PlcBench:
 
 
 def in_emergency_stop() -> PlcBench:
-    """Return a bench in emergency stop by FB_EmergencyStop, with SO(00) and SO(03) ON."""
+    """Return a bench in the emergency stop of FB_EmergencyStop, with SO(00) and SO(03) ON."""
     plc = servo_on()
     plc["EmergencyStop.Execute"] = True
     plc.scan()
@@ -35,7 +35,7 @@ def in_emergency_stop() -> PlcBench:
 
 
 def program_stopped() -> PlcBench:
-    """Return a bench whose FB_ProgramStop holds SI(06) OFF; its Execute has fallen."""
+    """Return a bench in which FB_ProgramStop holds SI(06) OFF and its Execute is FALSE again."""
     plc = servo_on()
     plc.outputs(SO14=False)
     plc["ProgramStop.Execute"] = True
@@ -47,6 +47,6 @@ def program_stopped() -> PlcBench:
 
 
 def pins(plc: PlcBench, block: str) -> str:
-    """Return those of the outputs Done, Busy, Active, Error that are TRUE, as in `Busy Active`."""
+    """Return which of Done, Busy, Active and Error are TRUE, as in `Busy Active`."""
     names = ("Done", "Busy", "Active", "Error")
     return " ".join(name for name in names if plc[f"{block}.{name}"])

@@ -1,7 +1,7 @@
 """A second, independent model of the sequence blocks.
 
-One call of `scan` is one call of the block. Written from the manual's chapter 5 and the heads of
-the blocks, without timers; see head_rules for the outputs.
+One call of `scan` is one call of the block. The model follows the manual's chapter 5 and the heads
+of the blocks, and has no timers; see head_rules for the outputs.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from sequence_work import Rule, Turns, View, Work
 
 @dataclass
 class _Plain(Rule):
-    """A request that the controller answers."""
+    """A sequence with one request that the controller answers."""
 
     work: Work = field(default_factory=Work)
     signal: str = ""
@@ -119,7 +119,7 @@ class _Origin(Rule):
 
 @dataclass
 class _Stop(Rule):
-    """SI(00) or SI(06) is taken away at once and held."""
+    """A sequence that switches SI(00) or SI(06) OFF at once and holds it OFF."""
 
     signal: str = "SI06"
     _work: Work = field(default_factory=Work)
@@ -178,7 +178,7 @@ class _Continue(Rule):
 
 @dataclass
 class _Staged(Rule):
-    """Several stages, each with the time limit; `_step` is one scan of those that wait."""
+    """A sequence of stages, each with the time limit. `_step` is a scan of the present stage."""
 
     _was: bool = False
     _last: str = ""
@@ -233,7 +233,7 @@ class _Staged(Rule):
 
 @dataclass
 class _Release(_Staged):
-    """Out of the emergency stop: release, alarm reset, MP RDY, servo on."""
+    """The way out of an emergency stop: release, alarm reset, MP RDY, servo on."""
 
     parts: dict[str, Rule] = field(
         default_factory=lambda: {"reset": _alarm_reset(), "servo": _servo_on()}
@@ -298,7 +298,7 @@ class _PowerUp(_Staged):
         self.stage, self._with = "CONNECTION", self.program
 
     def _waits(self, view: View) -> tuple[bool, str, int] | None:
-        """Return whether the stage's condition holds, the next stage, and the ErrorID if late."""
+        """Return whether the stage's condition holds, the next stage, and a time-out's ErrorID."""
         free = view.ok["SI00"] and not view.held["SI00"]
         return {
             "CONNECTION": (view.connected, "CPU_OK", 0x8001),
@@ -346,7 +346,10 @@ class _PowerUp(_Staged):
 
 
 def missing(view: View) -> str:
-    """Return the first missing condition of a program start. A hold counts from its first scan."""
+    """Return the first missing condition of a program start.
+
+    A condition that must hold for a time counts from its first scan.
+    """
     so = view.so
     conditions = (
         (not view.connected, "CONNECTION"),
@@ -363,7 +366,7 @@ def missing(view: View) -> str:
     return next((stage for lacks, stage in conditions if lacks), "COMPLETE")
 
 
-#: A fresh rule for each block with Execute.
+#: A new rule for each block with Execute.
 RULES: dict[str, Callable[[], Any]] = {
     "FB_AlarmReset": _alarm_reset,
     "FB_AutoStart": _auto_start,

@@ -1,7 +1,7 @@
-"""Work behind an Execute pin, and a block's view of the robot, modelled a second time.
+"""A second model of a job at a rising edge of Execute, and of a block's view of the robot.
 
-Without timers; see sequence_rules. Outputs of the controller are named `SO02`, its inputs `SI01`;
-times are in milliseconds of PLC time.
+The model has no timers; see sequence_rules. Outputs of the controller have names like `SO02`, its
+inputs `SI01`. Times are in milliseconds of PLC time.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 @dataclass
 class View:
-    """What a block sees of the robot, and what it asks for.
+    """The robot as a block sees it, and the block's requests.
 
     Attributes:
         now: Time of the scan.
@@ -19,10 +19,10 @@ class View:
         connected: The link is up.
         so: Dedicated outputs that are ON.
         si: Dedicated inputs that are ON as applied by the last scan.
-        ok: SI(00), SI(06) may be ON, holds considered, as of the last scan.
-        settled: Both stand long enough.
+        ok: SI(00), SI(06) were allowed to be ON in the last scan, after all holds.
+        settled: Both have been unchanged for long enough.
         held: SI(00), SI(06) are held OFF by a block; blocks change it.
-        kept: In this scan the hold cannot be released.
+        kept: The hold cannot be released in this scan.
         asked: Inputs requested in this scan.
         turns: The turns of the sequences.
     """
@@ -45,14 +45,16 @@ class View:
         return "SO00" in self.so or not self.ok["SI00"]
 
     def trouble(self, *conditions: tuple[bool, int]) -> int:
-        """Return the ErrorID of the first condition that holds; CPU_OK comes before all others."""
+        """Return the ErrorID of the first condition that holds; a missing CPU_OK comes first."""
         every = (("SO01" not in self.so, 0x8002), *conditions)
         return next((number for holds, number in every if holds), 0)
 
 
 @dataclass
 class Turns:
-    """First come, first served. Work that is not called in a scan loses its turn and its place.
+    """The turns of sequences in the order of their requests.
+
+    A job that is not called in a scan loses its turn and its place.
 
     Attributes:
         waiting: Tickets; the first one has the turn.
@@ -63,7 +65,7 @@ class Turns:
     seen: set[object] = field(default_factory=set)
 
     def pass_on(self) -> None:
-        """Give the turn to the first work that was seen in this scan; called at its end."""
+        """Give the turn to the first job that was called in this scan, at the end of the scan."""
         while self.waiting and self.waiting[0] not in self.seen:
             self.waiting.pop(0)
         self.seen.clear()
@@ -71,7 +73,7 @@ class Turns:
 
 @dataclass
 class Work:
-    """One piece of work behind an Execute pin; `number` is its ErrorID."""
+    """A job behind an Execute pin; `number` is its ErrorID."""
 
     done: bool = False
     busy: bool = False
@@ -151,7 +153,7 @@ class Work:
 
 @dataclass
 class Rule:
-    """A block: its pins are set as attributes, its outputs read as such."""
+    """A sequence block, whose pins are attributes."""
 
     execute: bool = False
     timeout: int = 0

@@ -1,4 +1,4 @@
-"""`rcx serve` as a user starts it: a process, its lines, Ctrl-C, and who is left behind."""
+"""`rcx serve` as a user starts it: a process, its lines, Ctrl-C, and remaining processes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-#: Longest wait for anything [s]; on a busy machine the start of Python alone may take some.
+#: Longest wait [s]. On a busy machine the start of Python alone may take some seconds.
 _LIMIT_S = 60.0
 _ASK_EVERY_S = 0.05
 _numbers = itertools.count(1)
@@ -30,7 +30,7 @@ def own_addresses(count: int) -> list[str]:
 
 @contextmanager
 def watching(pids: Iterable[int]) -> Iterator[None]:
-    """Check that all processes started inside end soon after it."""
+    """Check that all processes that are started inside the context end soon after it."""
     watched = {pid: os.pidfd_open(pid) for pid in pids}
     try:
         yield
@@ -42,7 +42,7 @@ def watching(pids: Iterable[int]) -> Iterator[None]:
 
 
 class ServeProcess:
-    """A running `rcx serve`; ends with the `with` block at the latest.
+    """A running `rcx serve`, which ends with the `with` block at the latest.
 
     Args:
         arguments: Arguments of the command line.
@@ -72,7 +72,7 @@ class ServeProcess:
                 return line
 
     def wait_for_port(self, address: str, port: int) -> None:
-        """Wait until it listens there; it must not end meanwhile."""
+        """Wait until the process listens on the port, and check that it does not end meanwhile."""
         own = os.pidfd_open(self._process.pid)
         try:
             for _ in range(round(_LIMIT_S / _ASK_EVERY_S)):
@@ -86,7 +86,7 @@ class ServeProcess:
             os.close(own)
 
     def processes(self) -> set[int]:
-        """Return the numbers of its process and of all processes started by it, also indirectly."""
+        """Return the process numbers of the process and all its descendants."""
         found = {self._process.pid}
         while True:
             more = {pid for pid, parent in _parents().items() if parent in found} | found
@@ -95,26 +95,26 @@ class ServeProcess:
             found = more
 
     def process_of(self, module: str) -> int:
-        """Return the first of its processes that runs this module."""
+        """Return the first of these processes that runs this module."""
         return min(pid for pid in self.processes() if _runs(pid, module))
 
     def kill(self) -> None:
-        """End the process without a clean-up."""
+        """Kill the process without a clean-up."""
         self._process.kill()
         self._process.wait(_LIMIT_S)
 
     def interrupt(self) -> None:
-        """Interrupt the process, as Ctrl-C does."""
+        """Send Ctrl-C to the process."""
         self._process.send_signal(signal.SIGINT)
 
     def end(self) -> tuple[int, str]:
-        """Wait for its end; exit code and what it said on stderr."""
+        """Wait for the end of the process, and return its exit code and stderr."""
         assert self._process.stderr is not None
-        code = self._process.wait(_LIMIT_S)  # what it says on stderr fits into the pipe
+        code = self._process.wait(_LIMIT_S)  # the text on stderr fits into the pipe
         return code, self._process.stderr.read()
 
     def __enter__(self) -> ServeProcess:
-        """Return the process, which has been started."""
+        """Return the started process."""
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -139,14 +139,14 @@ def _parents() -> dict[int, int]:
         if entry.name.isdecimal():
             try:
                 stat = (entry / "stat").read_text()
-            except OSError:  # it has just ended
+            except OSError:  # the process has just ended
                 continue
             found[int(entry.name)] = int(stat.rpartition(")")[2].split()[1])
     return found
 
 
 def _runs(pid: int, module: str) -> bool:
-    """Return whether the process was started for this module, or was copied for it."""
+    """Return whether the process was started or forked for this module."""
     process = Path(f"/proc/{pid}")
     name = (process / "comm").read_text().strip()
     started = name.startswith("python")

@@ -77,7 +77,7 @@ class NetworkInMemory:
         return self.heard[part]
 
     def send(self, image: bytes) -> None:
-        """Send a packet of the master's running program."""
+        """Send a packet of the master while its program runs."""
         self.to_robot.write(image)
         if self.owner is not OwnerState.RUN:
             self.become(OwnerState.RUN)
@@ -105,7 +105,7 @@ class NetworkInMemory:
 
 
 class ServedHost(Host):
-    """A host whose controller lives in this process, on the test's time."""
+    """A host with a controller that runs in this process, in virtual time."""
 
     def __init__(
         self,
@@ -123,7 +123,7 @@ class ServedHost(Host):
         self.run(0)
 
     def run(self, milliseconds: int) -> Report:
-        """Let this time pass, at least one cycle, and return the controller's report."""
+        """Run for this time, at least a cycle, and return the controller's report."""
         for _ in range(max(1, milliseconds * 1000 // CYCLE_US)):
             self.now_us += CYCLE_US
             self.station.step(self.now_us)

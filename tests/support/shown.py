@@ -1,4 +1,4 @@
-"""Texts for failures: pins and signals by their names, codes and words in 16#."""
+"""Texts for failures: pins and signals by their names, codes and words as 16#."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _IN_16 = ("ErrorID", "AlarmGroup", "AlarmCategory", "Applied", "holder")
 
 
 def written(one: Value, name: str = "") -> str:
-    """Return a value as the manual and docs/reference/errors.md write it: words in 16#."""
+    """Return a value in the form of the manual and docs/reference/errors.md, with words as 16#."""
     is_word = name in _IN_16 or name.startswith("word ")
     return f"16#{one:04X}" if is_word or (_is_word(one) and one > 0xFF) else repr(one)
 
@@ -30,7 +30,7 @@ def differences(names: Sequence[str], got: Sequence[Value], expected: Sequence[V
 
 
 def hexadecimal_comparison(op: str, left: Value, right: Value) -> list[str] | None:
-    """Return lines for a failed comparison of codes, ErrorIDs or words; None for anything else."""
+    """Return lines for a failed comparison of codes, ErrorIDs or words, else None."""
     if _is_word(left) and _is_word(right) and max(left, right) > 0xFF:
         return [f"{written(left)} {op} {written(right)}"]
     if op == "==" and _are_words(left) and _are_words(right) and len(left) == len(right):
@@ -49,6 +49,6 @@ def _is_word(one: Value) -> bool:
 
 
 def _are_words(some: Value) -> bool:
-    """Return whether the words are not all small numbers, which are shown in decimal."""
+    """Return whether the values are words. Small numbers alone are shown in decimal."""
     several = isinstance(some, (list, tuple)) and len(some) > 1
     return several and all(map(_is_word, some)) and max(some) > 0xFF

@@ -1,4 +1,4 @@
-"""A row of the table of standard functions: a call and the value that the standard gives it."""
+"""A row in the table of standard functions: a call and its value by the standard."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Row(NamedTuple):
         arguments: Type and value of each, separated by a blank.
         kind: Type of the result.
         value: The result.
-        alike: matiec does the same.
+        alike: Whether matiec gives the same value.
     """
 
     code: str
@@ -25,7 +25,7 @@ class Row(NamedTuple):
 
 
 def rows(code: str, kind: str, *cases: tuple[Any, ...], alike: bool = True) -> list[Row]:
-    """Return rows of one call. Each case consists of the arguments and, last, the result."""
+    """Return the rows of a call. Each case has the arguments and, at its end, the result."""
     return [Row(code, case[:-1], kind, case[-1], alike) for case in cases]
 
 

@@ -1,8 +1,8 @@
-"""Every standard function at its limits: calls with the values that the standard gives them.
+"""Every standard function at its limits: calls with their values by the standard.
 
-Values by hand from IEC 61131-3, 2.5.1.5 (tables 22 to 31); those of reals from IEEE 754: each
-operation is rounded to the nearest single, ties to even. A STRING holds 126 characters here, as in
-matiec.
+Values are by hand from IEC 61131-3, 2.5.1.5 (tables 22 to 31). Values of reals follow IEEE 754:
+each operation is rounded to the nearest single, ties to even. A STRING has at most 126 characters
+here, as in matiec.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from standard_texts import TEXTS
 
 # --- shifts and rotations (table 25) ---
 
-#: Of each width the bits 10..01, and what comes of them: shifted by 1 to the left, by 1 less than
-#: the width to the left, by 1 to the right; rotated by 1 to the left, by 1 to the right.
+#: For each width: the bits 10..01, and the results of shifting them by 1 to the left, by the width
+#: less 1 to the left, by 1 to the right, and of rotating them by 1 to the left and to the right.
 _BITS = {
     ("BYTE", 8): (0x81, 0x02, 0x80, 0x40, 0x03, 0xC0),
     ("WORD", 16): (0x8001, 0x0002, 0x8000, 0x4000, 0x0003, 0xC000),
@@ -37,7 +37,7 @@ def _shifts() -> Iterator[Row]:
         for name, row in results.items():
             for count, result in zip(counts, row, strict=True):
                 arguments = (f"{kind} 16#{value:X}", f"INT {count}")
-                # In C a count from the width on is undefined.
+                # In C a shift by the width or more is undefined.
                 yield Row(call(name, 2), arguments, kind, result, alike=count < width)
     for count in (63, 64, 65, 100, 32767):
         for name in ("SHL", "SHR"):
@@ -61,7 +61,7 @@ _RANGES = {
 
 
 def _integers() -> Iterator[Row]:
-    """Return rows of integer overflow: a result beyond the range wraps around."""
+    """Return rows in which a result beyond the integer range wraps around."""
     for kind, (low, high) in _RANGES.items():
         top, bottom, one, two = f"{kind} {high}", f"{kind} {low}", f"{kind} 1", f"{kind} 2"
         for code, arguments, value in (
@@ -84,7 +84,7 @@ def _integers() -> Iterator[Row]:
             if value == 2 * low:
                 value = 0
             yield Row(code, arguments, kind, value)
-        # The sum is of its type before it is compared or divided on.
+        # The sum has its type before it is compared or divided.
         narrow = kind in ("SINT", "INT", "USINT", "UINT")
         yield Row("ADD({0}, {1}) < {1}", (top, one), "BOOL", True, alike=not narrow and low == 0)
         yield Row(
@@ -148,7 +148,7 @@ _REALS = [
     *rows("MUL({0}, {1})", "REAL", ("REAL 0.1", "REAL 0.1", 0.010000000707805157)),
     *rows("{0} / {1}", "REAL", ("REAL 1.0", "REAL 3.0", 0.3333333432674408)),
     *rows("DIV({0}, {1})", "REAL", ("REAL 0.1", "REAL 0.3", 0.3333333134651184)),
-    # Rounded after each step: 2**24 + 1 is 2**24.
+    # Each step is rounded: 2**24 + 1 is 2**24.
     *rows("ADD({0}, {1}, {1})", "REAL", ("REAL 16777216.0", "REAL 1.0", 16777216.0)),
     *rows("{0} + {1} + {1}", "REAL", ("REAL 16777216.0", "REAL 1.0", 16777216.0)),
     *rows("({0} + {1}) - {0}", "REAL", ("REAL 16777216.0", "REAL 1.0", 0.0)),
@@ -156,7 +156,7 @@ _REALS = [
     *rows("MUL({0}, {0}, {0})", "REAL", ("REAL 1.7", 4.913000106811523)),
     *rows("{0} * {0} * {0}", "REAL", ("REAL 1.7", 4.913000106811523)),
     *rows("MUL({0}, {0}, {0}, {0})", "REAL", ("REAL 3.3", 118.59208679199219)),
-    # A function's value is a single before it is compared.
+    # The value of a function has single precision before it is compared.
     *rows("ADD({0}, {1}) = {2}", "BOOL", ("REAL 0.1", "REAL 0.2", "REAL 0.3", True)),
     *rows(
         "MUL({0}, {1}) = {2}", "BOOL", ("REAL 0.1", "REAL 0.1", "REAL 0.010000000707805157", True)
@@ -201,7 +201,7 @@ _TIMES = [
     *rows("{0} / {1}", "TIME", ("TIME 1s", "INT 4", ms(250)), ("TIME 7s", "INT -2", ms(-3500))),
     *rows("DIVTIME({0}, {1})", "TIME", ("TIME 1m", "INT 8", ms(7500))),
     *rows("DIVTIME({0}, {1})", "TIME", ("TIME 1s", "REAL 0.5", ms(2000))),
-    # To the nanosecond: exact, or cut towards zero.
+    # Exact to the nanosecond, or truncated.
     *rows(
         *("{0} * {1} = {2}", "BOOL"),
         ("TIME 10s", "REAL 0.25", "TIME 2500ms", True),

@@ -1,6 +1,6 @@
-"""The standard functions of strings at their limits, and arguments that are given by name.
+"""The standard functions of strings at their limits, and named arguments.
 
-Values by hand from IEC 61131-3, 2.5.1.5.5 (table 29) and 2.5.1.3 (table 19).
+Values are by hand from IEC 61131-3, 2.5.1.5.5 (table 29) and 2.5.1.3 (table 19).
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from standard_rows import Row, rows
 
 # --- strings (table 29): positions count from 1, and 126 characters are the most ---
 
-#: 126 characters, neighbours always different.
+#: 126 characters, in which neighbours always differ.
 FULL = "".join(chr(ord("0") + k % 75) for k in range(126))
 _S, _FULL = "STRING 'abcdef'", f"STRING '{FULL}'"
 
@@ -71,7 +71,7 @@ def _texts() -> list[Row]:
             (_S, two, "INT 2", "INT 5", "abcdXY"),
             *((_S, "STRING ''", "INT 2", "INT 2", "adef"), (_S, two, "INT 6", "INT 1", "XY")),
         ),
-        # matiec puts in no more characters than it takes out.
+        # matiec inserts no more characters than it deletes.
         *rows(
             *("REPLACE({0}, {1}, {2}, {3})", "STRING"),
             *((_S, two, "INT 1", "INT 1", "XYbcdef"), (_S, two, "INT 0", "INT 3", "abXYcdef")),
@@ -85,7 +85,7 @@ def _texts() -> list[Row]:
             *((_S, "STRING 'x'", 0), (_S, "STRING 'abcdefg'", 0)),
             *(("STRING 'abab'", "STRING 'ab'", 1), (_S, "STRING 'A'", 0)),
         ),
-        # matiec continues after the characters that were equal.
+        # After a partial match, matiec continues behind the equal characters.
         *rows("FIND({0}, {1})", "INT", ("STRING 'aab'", "STRING 'ab'", 2), alike=False),
         *rows(
             *("{0} < {1}", "BOOL"),
@@ -110,7 +110,7 @@ def _texts() -> list[Row]:
 
 
 def _by_name() -> list[Row]:
-    """Return rows whose arguments are given by name, in another order (table 19)."""
+    """Return rows with named arguments in another order (table 19)."""
     two = "STRING 'XY'"
     return [
         *rows("LEFT(L := {0}, IN := {1})", "STRING", ("INT 2", _S, "ab")),

@@ -9,7 +9,7 @@ from robot_master import Master
 
 
 def ready(**config: Any) -> Master:
-    """Return a master whose controller is ready for commands; by default it has no points."""
+    """Return a master with a controller that is ready for commands. By default it has no points."""
     master = Master(**{"points": {}, **config})
     master.power_up()
     return master
@@ -21,12 +21,12 @@ def long_words(*values: int) -> tuple[int, ...]:
 
 
 def real_words(value: float) -> tuple[int, ...]:
-    """Return a single-precision number as two words, the lower one first."""
+    """Return a single-precision number as two words, the lower word first."""
     return struct.unpack("<2H", struct.pack("<f", value))
 
 
 def text_words(text: str, filler: str) -> tuple[int, ...]:
-    """Return sixteen characters, the first in the lower byte."""
+    """Return sixteen characters as words, the first character in the lower byte."""
     return struct.unpack("<8H", text.ljust(16, filler).encode("latin-1"))
 
 

@@ -16,7 +16,7 @@ import mypy
 
 SYSTEMS = ("win32", "darwin", "linux")
 
-#: Methods that an event loop of Windows has, and that raise there.
+#: Methods of an event loop that exist on Windows but raise an error.
 _LOOP = frozenset(
     {
         "add_reader",
@@ -37,9 +37,9 @@ _ASKS = ("getattr", "hasattr")
 
 @cache
 def names_of(module: str, system: str) -> frozenset[str]:
-    """Return the names of a standard library module on a system; none if the module is missing.
+    """Return the names of a standard library module on a system, or nothing without the module.
 
-    Members of its classes are `Class.member`.
+    Members of its classes have the form `Class.member`.
     """
     file = _stub(module)
     if file is None:
@@ -68,7 +68,7 @@ def _declared(body: list[ast.stmt], system: str, prefix: str) -> Iterator[str]:
         elif isinstance(node, ast.Assign):
             yield from (prefix + one.id for one in node.targets if isinstance(one, ast.Name))
         elif isinstance(node, ast.ImportFrom) and node.names[0].name == "*":
-            # The package's own parts are the same on all systems.
+            # The parts of a package are the same on all systems.
             yield from (name for name in names_of(str(node.module), system) if "." not in name)
         elif isinstance(node, ast.ImportFrom):
             yield from (prefix + one.name for one in node.names if one.asname == one.name)
@@ -87,7 +87,7 @@ def of_some(module: str) -> frozenset[str]:
 
 
 def hidden_on(module: str, system: str) -> frozenset[str]:
-    """Return the names of a module that Linux has and this system lacks."""
+    """Return the names in a module that Linux has and this system lacks."""
     return names_of(module, "linux") - names_of(module, system)
 
 
@@ -98,9 +98,9 @@ def absent_on(system: str) -> set[str]:
 
 
 def members_of_some(modules: frozenset[str]) -> frozenset[str]:
-    """Return members of classes of these modules that a system lacks, without the class name."""
+    """Return the class members in these modules that some system lacks, without the class name."""
     found = set(_LOOP)
-    for module in modules | {f"_{one}" for one in modules}:  # what is in C is declared there
+    for module in modules | {f"_{one}" for one in modules}:  # members in C are declared there
         for name in of_some(module):
             owner, _, member = name.rpartition(".")
             if owner and owner not in of_some(module):
@@ -109,9 +109,10 @@ def members_of_some(modules: frozenset[str]) -> frozenset[str]:
 
 
 def used(text: str) -> set[str]:
-    """Return what a module's source uses that one of the systems lacks.
+    """Return the names that a module's source uses and that one of the systems lacks.
 
-    Also as text for `getattr`, and what is asked of a module by a name that is not written there.
+    The result includes names as texts for `getattr`, and attributes of modules whose names are
+    calculated.
     """
     tree = ast.parse(text)
     aliases, found = _imported(tree)

@@ -10,7 +10,10 @@ Row = dict[str, Any]
 
 
 def bench(*rows: Row, engine: str = "builtin", **pins: Any) -> PlcBench:
-    """Return a bench with servos on and inputs settled; the rows are the first of the table."""
+    """Return a bench with servos on and settled inputs.
+
+    The given rows are the first of the table.
+    """
     program = ROOT / "tests/data/library/MoveTable.st"
     plc = PlcBench(program=program, engine=engine)
     plc.power_up()
@@ -62,7 +65,7 @@ def shown(plc: PlcBench) -> str:
 
 
 def sent(plc: PlcBench, most: int = 12) -> list[int]:
-    """Scan until a code is on the wire; code and data."""
+    """Scan until a code is on the wire, and return code and data."""
     plc.scan_until(lambda: plc.words[0] != 0, most=most)
     return plc.words
 
@@ -76,7 +79,7 @@ def end(plc: PlcBench, status: int = 0x0200, response: tuple[int, ...] = ()) -> 
 
 
 def runs(plc: PlcBench) -> list[int]:
-    """Let the controller end each command with 16#0200; the points in their order, to the end."""
+    """Let the controller end each command with 16#0200, and return the points in their order."""
     points: list[int] = []
     for _ in range(200):
         if plc["Table.Busy"] is False:
@@ -91,7 +94,7 @@ def runs(plc: PlcBench) -> list[int]:
 
 
 def arrived(arrival: str, engine: str = "builtin", **fields: Any) -> PlcBench:
-    """Return a bench whose row 2 of three has moved, and does something at arrival."""
+    """Return a bench in which row 2 of three has ended, with an action at its arrival."""
     row = {"Kind": "MOVE_PTP", "Point": 2, "AtArrival": f"ARRIVE_{arrival}"} | fields
     plc = bench(*rows_to(1), row, *rows_to(3), engine=engine, Timeout="T#300ms")
     start(plc)

@@ -1,7 +1,7 @@
 """Legal and illegal telegrams of every remote command, made from the table of their fields.
 
-What is illegal is worked out here from the limits in the table alone, not with the check that the
-controller uses.
+Illegal values are calculated from the limits in the table, without the check that the controller
+uses.
 """
 
 from __future__ import annotations
@@ -14,20 +14,20 @@ from typing import Any
 
 from rcx_harness.spec import Command, Field, FieldValue, commands
 
-#: All commands but the status reset, by code.
+#: All commands except the status reset, by code.
 COMMANDS: Mapping[int, Command] = {code: one for code, one in commands().items() if code}
 
 _LIMITS = {"u16": (0, 0xFFFF), "s16": (-(2**15), 2**15 - 1), "s32": (-(2**31), 2**31 - 1)}
 _PRINTABLE = tuple(chr(code) for code in range(0x20, 0x7F))
 
-#: Limits that sections of the guide state besides those of the fields: 4.2.1 (an arch distance is
-#: no direction), 4.4.2 (payload of the robot, here 50 kg; the table has no maximum).
+#: Limits from sections of the guide besides those of the fields: 4.2.1 (an arch distance has no
+#: sign) and 4.4.2 (payload of the robot, here 50 kg; the table has no maximum).
 _PAYLOADS = {1: 50, 2: 50_000, 262: 50}
 _WAYS = ("arch_distance1", "arch_distance2")
 
 
 def legal(command: Command, chance: random.Random) -> dict[str, FieldValue]:
-    """Return random legal values of all fields; limits more often than values between them."""
+    """Return random legal values of all fields, with limits more often than values between them."""
     values: dict[str, FieldValue] = {}
     for part in sorted(command.request, key=lambda part: bool(part.by)):
         values[part.name] = _value(command, part, values, chance)
@@ -53,7 +53,7 @@ def illegal_fields(command: Command) -> Iterator[tuple[str, tuple[int, ...]]]:
                 values[part.by] = selector
             for first, second in command.exclusive:
                 values[first] = values[second] = 0
-            for other in command.request:  # what depends on the selector must stay legal
+            for other in command.request:  # fields that depend on the selector must stay legal
                 if other.by and other.by == part.by and other is not part:
                     values[other.name] = _value(command, other, values, random.Random(0))
             for wrong in _wrong(part, selector):
@@ -62,7 +62,7 @@ def illegal_fields(command: Command) -> Iterator[tuple[str, tuple[int, ...]]]:
 
 
 def stray_bits(command: Command) -> Iterator[tuple[str, tuple[int, ...]]]:
-    """Return telegrams in which one bit is set that must be 0 or belongs to an unused word."""
+    """Return telegrams in which a bit is set that must be 0 or belongs to an unused word."""
     covered = [0] * 16
     for part in command.request:
         for k in part.words:
@@ -77,7 +77,7 @@ def stray_bits(command: Command) -> Iterator[tuple[str, tuple[int, ...]]]:
 
 
 def illegal_pairs(command: Command) -> Iterator[tuple[str, tuple[int, ...]]]:
-    """Return telegrams with two flags that exclude each other, or with a too large product."""
+    """Return telegrams with two flags that exclude each other, or with a product too large."""
     values = legal(command, random.Random(command.code))
     flags = sorted({name for pair in command.exclusive for name in pair})
     for first, second in combinations(flags, 2):
@@ -111,7 +111,7 @@ def _width(part: Field) -> tuple[int, int]:
 
 
 def _allowed(part: Field, values: Mapping[str, FieldValue]) -> tuple[int, ...] | None:
-    """Return the limits that apply; None means any number that the field can carry."""
+    """Return the limits that apply, or None for any number that the field can carry."""
     if not part.by:
         return part.range
     return part.ranges.get(values[part.by])  # type: ignore[arg-type]
@@ -158,7 +158,7 @@ def _inside(number: int, limits: tuple[int, ...]) -> bool:
 
 
 def _wrong(part: Field, selector: int | None) -> Iterator[FieldValue]:
-    """Return values that the field can carry, but must not have."""
+    """Return values that the field can carry but must not have."""
     limits = part.range if selector is None else part.ranges[selector]
     if part.type == "text":
         for code in range(1, 0xFF):
@@ -187,7 +187,7 @@ def _wrong(part: Field, selector: int | None) -> Iterator[FieldValue]:
 
 
 def _near(numbers: Any, low: int, high: int) -> list[int]:
-    """Return the neighbours of the numbers, and the limits of what the field can hold."""
+    """Return the neighbours of the numbers, and the limits of the field's range."""
     near = {number + way for number in numbers for way in (-1, 1)} | {low, high}
     return sorted(number for number in near if low <= number <= high)
 

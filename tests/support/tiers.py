@@ -1,7 +1,7 @@
 """The two tiers of the tests: `make test` omits tests that are marked `exhaustive`.
 
-A large matrix is marked as a whole and names the parameters that stay in the quick tier, by their
-ids: `@pytest.mark.exhaustive(but=["FB_ServoOn", "FB_MovePtp"])`.
+A large matrix is marked as a whole. Its mark names the parameter ids that stay in the quick tier:
+`@pytest.mark.exhaustive(but=["FB_ServoOn", "FB_MovePtp"])`.
 """
 
 from __future__ import annotations
@@ -12,16 +12,16 @@ from typing import Any
 
 import pytest
 
-#: What the reason of a skipped test names if an engine is missing.
+#: Texts in the reason of a skipped test that mean a missing engine.
 ENGINES = r"matiec|STruC\+\+|strucpp"
 
 
 def keep_samples(items: Iterable[pytest.Item], *, whole: bool) -> None:
-    """Take the mark `exhaustive` from the tests that it names as its sample.
+    """Remove the mark `exhaustive` from those tests that it names as its sample.
 
     Args:
         items: The collected tests.
-        whole: True if each function was collected with all its parameters.
+        whole: Whether each function was collected with all its parameters.
 
     Raises:
         pytest.UsageError: a name in `but` is not the id of a parameter: the sample has shrunk.
@@ -41,7 +41,7 @@ def keep_samples(items: Iterable[pytest.Item], *, whole: bool) -> None:
 
 
 def sampled(rows: Iterable[Any], every: int) -> list[Any]:
-    """Return parameters of which the quick tier keeps only some.
+    """Return parameters of which the quick tier runs only some.
 
     Args:
         rows: The values; a tuple has the values of several parameters.
@@ -57,9 +57,9 @@ def sampled(rows: Iterable[Any], every: int) -> list[Any]:
 
 
 def without_engine(items: list[pytest.Item]) -> list[str]:
-    """Take the tests of engines that are not installed out of the list.
+    """Remove the tests of engines that are not installed from the list.
 
-    There are thousands of them, and to report each as skipped costs more than many a test.
+    There are thousands of them, and reporting each as skipped would take longer than many tests.
 
     Args:
         items: The collected tests; those that remain.

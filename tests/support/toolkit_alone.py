@@ -1,4 +1,4 @@
-"""An interpreter that can import the toolkit, but not the packages above it."""
+"""Start an interpreter that can import the toolkit, but not the packages above it."""
 
 from __future__ import annotations
 

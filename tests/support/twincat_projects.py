@@ -1,4 +1,4 @@
-"""TwinCAT projects in a few lines, for tests of several projects and their libraries."""
+"""TwinCAT projects from a few lines, for tests of several projects and their libraries."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ def written_project(
     libraries: dict[str, str] | None = None,
     task: bool = True,
 ) -> Path:
-    """Write a project and return its .plcproj.
+    """Write a project and return the path of its .plcproj.
 
-    `objects` has the text of each object by its file name. A line `---` is between the declaration
-    and the statements; `--- LD` gives it a body in that language. `libraries` has the namespace
-    of each referenced library by its title.
+    `objects` has the text of each object by its file name. A line `---` separates the declaration
+    and the statements; `--- LD` gives the object a body in that language. `libraries` has the
+    namespace of each referenced library by its title.
     """
     folder.mkdir(parents=True)
     tags = {".TcPOU": "POU", ".TcDUT": "DUT", ".TcGVL": "GVL", ".TcIO": "Itf"}

@@ -1,4 +1,4 @@
-"""The contents of a page of `rcx view`: its table and its changes, as the head of pack.py says."""
+"""The contents of a page of `rcx view`: its table and its changes, as in the head of pack.py."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class PageContent:
             yield t_us, value
 
     def order(self) -> list[str]:
-        """Return the names of the lanes of all events, from the first to the last."""
+        """Return the names of the lanes of all events in their order."""
         self._at = self.table["order"]["at"]
         count = self.table["order"]["count"]
         return [self.table["lanes"][self._whole()]["name"] for _ in range(count)]

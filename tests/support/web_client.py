@@ -1,4 +1,4 @@
-"""A client of an aiohttp application for tests that are not coroutines."""
+"""A synchronous client of an aiohttp application for tests."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from aiohttp.web import Application
 
 
 class Answer(NamedTuple):
-    """An answer of the server, read to its end."""
+    """A complete answer of the server."""
 
     status: int
     headers: Any
@@ -25,7 +25,7 @@ class Answer(NamedTuple):
 
 
 class WebClient:
-    """Asks a server of the application on a port of 127.0.0.1, on an event loop of its own."""
+    """A client with a server of the application on a port of 127.0.0.1 and its own event loop."""
 
     def __init__(self, application: Application) -> None:
         self._loop = asyncio.new_event_loop()
@@ -37,11 +37,11 @@ class WebClient:
         await self._client.start_server()
 
     def get(self, path: str, **options: Any) -> Answer:
-        """Ask by GET."""
+        """Send a GET request."""
         return self._loop.run_until_complete(self._ask("GET", path, options))
 
     def post(self, path: str, **options: Any) -> Answer:
-        """Ask by POST."""
+        """Send a POST request."""
         return self._loop.run_until_complete(self._ask("POST", path, options))
 
     async def _ask(self, method: str, path: str, options: dict[str, Any]) -> Answer:
@@ -50,6 +50,6 @@ class WebClient:
             return Answer(answer.status, answer.headers, answer.url.path, text)
 
     def close(self) -> None:
-        """End server and loop."""
+        """Close the server and the event loop."""
         self._loop.run_until_complete(self._client.close())
         self._loop.close()

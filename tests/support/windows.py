@@ -16,9 +16,9 @@ _SEEN = (
 
 
 def as_windows(folder: Path) -> dict[str, str]:
-    """Return the environment of such a process; all its children read a file in this folder.
+    """Return the environment of such a process; its children read a file in this folder, too.
 
-    They print in code page 1252, as Python does there into a file or a pipe.
+    They print in code page 1252, as Python does on Windows into a file or a pipe.
     """
     told = folder / "windows.json"
     lacks = {name: sorted(hidden_on(name, "win32")) for name in _SEEN}

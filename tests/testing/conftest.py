@@ -1,4 +1,4 @@
-"""A project of a user, for pytest within pytest."""
+"""A user's project, for pytest inside pytest."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 import rcx_harness.testing.cells  # noqa: F401 - stays loaded from one inner run to the next
 
-#: `run(test, *options, ini={...})`: a run of that test file in a project with a program.
+#: `run(test, *options, ini={...})` runs that test file in a project with a program.
 Run = Callable[..., pytest.RunResult]
 
 #: Plugins that the inner run omits, because loading them takes longer than the run itself.
@@ -18,7 +18,7 @@ _WITHOUT = [f"-pno:{name}" for name in ("cacheprovider", "xdist", "hypothesispyt
 
 @pytest.fixture
 def run(pytester: pytest.Pytester, repository: Path) -> Run:
-    """Return a function that tests a project whose program, RawArea, needs no library."""
+    """Return a function that tests a project with the program RawArea, which needs no library."""
     program = repository / "tests" / "cell" / "programs" / "RawArea.st"
     plc = pytester.mkdir("plc")
     (plc / "RawArea.st").write_text(program.read_text(encoding="utf-8"), encoding="utf-8")

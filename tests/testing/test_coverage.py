@@ -1,4 +1,4 @@
-"""`pytest --rcx-coverage`: what the user's tests execute of his sources."""
+"""`pytest --rcx-coverage` reports which parts of the user's sources his tests execute."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from structured_text.engines.builtin import BuiltinProgram
 from structured_text.engines.matiec import faults
 from structured_text.engines.matiec.program import MatiecProgram
 
-#: 4 statements, 2 branches, 1 condition; line 6 runs where Start is TRUE.
+#: A program with 4 statements, 2 branches and 1 condition. Line 6 runs if Start is TRUE.
 _LAMP = """\
 PROGRAM Lamp
   VAR Start, Lit : BOOL; InputArea, OutputArea : ARRAY [0..47] OF BYTE; END_VAR
@@ -54,7 +54,7 @@ Run = Callable[..., pytest.RunResult]
 def run(pytester: pytest.Pytester) -> Run:
     """Return a function that tests a project with coverage.
 
-    With workers in a process of its own.
+    With workers, the run is in a process of its own.
     """
     for name, text in {"plc/Lamp.st": _LAMP, "lib/FB_Blink.st": _BLINK, "other.st": _OTHER}.items():
         file = pytester.path / name
@@ -91,7 +91,7 @@ def test_the_tests_of_a_run_count_together(run: Run) -> None:
             "written: out/coverage/index.html, out/coverage/coverage.lcov, *coverage.xml",
         ]
     )
-    # Executed in 3 + 1 scans, of which 1 was lit.
+    # The lamp was lit in 1 of 3 + 1 scans.
     assert {"DA:4,4", "DA:6,1"} <= {*Path("out/coverage/coverage.lcov").read_text().splitlines()}
 
 
@@ -107,7 +107,7 @@ def test_several_programs_count_together(run: Run) -> None:
 
 @pytest.mark.exhaustive
 def test_the_workers_of_xdist_count_together(run: Run) -> None:
-    """Each worker runs one test; MC/DC needs both."""
+    """Each worker runs one test, and MC/DC needs both tests."""
     result = run(_DARK + _LIT, "--rcx-coverage", workers=2)
     assert _table(result) == ["plc/Lamp.st 100.0 % 4/4 100.0 % 2/2 100.0 % 1/1"]
     assert "DA:4,4" in Path("out/coverage/coverage.lcov").read_text().splitlines()
@@ -123,7 +123,7 @@ def test_the_counts_of_a_dead_worker_are_reported_as_missing(run: Run) -> None:
 
 
 def test_a_run_fails_where_less_is_covered_than_demanded(run: Run) -> None:
-    """4 of 6 statements and branches are 66.6 %; the exit code is that of failed tests."""
+    """4 of 6 statements and branches are 66.6 %. The exit code is that of failed tests."""
     result = run(_DARK, "--rcx-coverage", "--rcx-cover-fail-under", "66.7")
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     result.assert_outcomes(passed=1)
@@ -133,7 +133,7 @@ def test_a_run_fails_where_less_is_covered_than_demanded(run: Run) -> None:
     result = run(_DARK, "--rcx-coverage", "--rcx-cover-fail-under", "66.6")
     assert result.ret == pytest.ExitCode.OK
     assert run(_DARK, coverage="true", cover_fail_under="70").ret == pytest.ExitCode.TESTS_FAILED
-    assert run(_DARK, cover_fail_under="70").ret == pytest.ExitCode.OK, "none is counted"
+    assert run(_DARK, cover_fail_under="70").ret == pytest.ExitCode.OK, "no statement is counted"
 
 
 def test_nothing_counted_is_not_enough(run: Run) -> None:
@@ -217,7 +217,7 @@ def test_a_wrong_setting_is_one_message_before_any_test(
 
 
 def test_a_report_that_cannot_be_written_is_one_message(run: Run) -> None:
-    """The file comes while the tests run."""
+    """The file appears while the tests run."""
     blocks = "    open('out', 'w').close()\n"
     result = run(_DARK + blocks, "--rcx-coverage")
     assert result.ret == pytest.ExitCode.TESTS_FAILED
@@ -228,7 +228,7 @@ def test_a_report_that_cannot_be_written_is_one_message(run: Run) -> None:
 def test_a_run_on_another_engine_is_reported_as_not_counted(
     run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A test may demand an engine that cannot count; it is not refused for that."""
+    """A test may demand an engine that cannot count. It is not refused for this reason."""
     monkeypatch.setattr(engines, "find_matiec", object)
     monkeypatch.setattr(engines, "find_c_compiler", lambda: "cc")
     monkeypatch.setattr(faults, "is_new", lambda _: True)
@@ -238,5 +238,5 @@ def test_a_run_on_another_engine_is_reported_as_not_counted(
     result.assert_outcomes(passed=2)
     result.stdout.fnmatch_lines(["not counted: the matiec engine counts no coverage"])
     result = run(_DARK, "--rcx-coverage")
-    assert "not counted" not in result.stdout.str(), "auto takes the engine that counts"
+    assert "not counted" not in result.stdout.str(), "--engine auto selects the engine that counts"
     result.stdout.fnmatch_lines(["rcx-harness *: engine builtin (it counts coverage), *"])

@@ -1,4 +1,4 @@
-"""The output of a failed test: the timing chart of its end, the trace, the broken rules."""
+"""A failed test prints the timing chart of its end, the trace, and the broken rules."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from rcx_harness.trace import Scan, read_trace
 
 Run = Callable[..., pytest.RunResult]
 
-#: Both bits in one scan: the manual wants one change at a time (chapter 5, 3, caution).
+#: Both bits change in one scan, but the manual demands one change at a time (chapter 5, 3,
+#: caution).
 _BREAK = """
 def break_a_rule(cell):
     cell.run("500ms")
@@ -20,7 +21,7 @@ def break_a_rule(cell):
     cell.run("100ms")
 """.replace("16#", "0x")
 
-#: SI(01) ON at 300 ms, OFF at 2000 ms; the test ends at 2500 ms.
+#: SI(01) is ON from 300 ms to 2000 ms. The test ends at 2500 ms.
 _LATE = """
 def test_it(cell):
     cell.at(300_000, lambda: cell.__setitem__("Main.Bits0", 0x02))
@@ -87,8 +88,9 @@ def test_a_watched_variable_that_does_not_exist_is_one_message(run: Run) -> None
     result.stdout.fnmatch_lines(["rcx: no variable matches Main.Dta[*]; did you mean Data*"])
 
 
+@pytest.mark.exhaustive
 def test_the_chart_shows_the_last_second_where_enough_happens_in_it(run: Run) -> None:
-    """SI(01) changes every 100 ms from 500 ms on; the test ends at 2600 ms."""
+    """SI(01) changes every 100 ms from 500 ms on. The test ends at 2600 ms."""
     result = run("""
         def test_it(cell):
             for k in range(21):
@@ -102,7 +104,7 @@ def test_the_chart_shows_the_last_second_where_enough_happens_in_it(run: Run) ->
     times = [int(time) for line in heads for time in line.split()[2:]]
     assert times == [*range(1600, 2601, 100)]
     wave = next(line for line in result.outlines if line.startswith("SI(01)")).split()[-1]
-    assert wave.startswith("\N{UPPER ONE EIGHTH BLOCK}" * 2), "it went ON at 1500 ms"
+    assert wave.startswith("\N{UPPER ONE EIGHTH BLOCK}" * 2), "SI(01) turned ON at 1500 ms"
 
 
 def test_the_files_hold_the_chart_and_the_whole_trace(run: Run, pytester: pytest.Pytester) -> None:
@@ -135,6 +137,7 @@ def test_without_a_named_folder_the_files_are_in_pytests_own(
     assert after - before - {"__pycache__"} == {"pytest.ini", "test_it.py", "temporary"}
 
 
+@pytest.mark.exhaustive
 def test_tests_with_like_names_have_folders_of_their_own(
     run: Run, pytester: pytest.Pytester
 ) -> None:
@@ -289,7 +292,7 @@ def test_a_cell_that_the_test_has_closed_is_shown_without_variables(run: Run) ->
     result = run("def test_it(cell):\n    cell.run('1s')\n    cell.close()\n    assert False\n")
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(["*rcx: timing chart*", "*rcx: files*"])
-    assert "rcx: variables" not in result.stdout.str(), "with matiec they are gone"
+    assert "rcx: variables" not in result.stdout.str(), "with matiec these variables are missing"
 
 
 @pytest.mark.exhaustive

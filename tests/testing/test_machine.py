@@ -1,4 +1,4 @@
-"""`rcx_machine`: hypothesis drives a cell, and leaves its shortest failing run."""
+"""`rcx_machine`: hypothesis drives a cell, and reports its shortest failing run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Names that a user has misspelt are refused, not passed over: ini keys, rules, bare numbers."""
+"""Names that a user has misspelt are refused and not ignored: ini keys, rules, bare numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""docs/how-to/testing.md says what there is, and its examples pass."""
+"""docs/how-to/testing.md is complete, and its examples pass."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The settings of `cell` in a user's test: by marker, command line and ini file."""
+"""The settings of `cell` in a user's test come from marker, command line and ini file."""
 
 from __future__ import annotations
 
@@ -127,6 +127,7 @@ def test_a_test_builds_further_cells_on_top_of_its_settings(run: Run) -> None:
     result.assert_outcomes(passed=1)
 
 
+@pytest.mark.exhaustive
 def test_the_link_may_be_ethernet_ip(run: Run) -> None:
     result = run(
         """
@@ -211,3 +212,34 @@ def test_a_refused_bare_number_is_explained_as_microseconds(run: Run) -> None:
         "scan='5us'": "*the scan is 0.005 ms; it must be 0.1 ms to 10000 ms",
     }
     _each_refused(run, wrong)
+
+
+_DEVICES = """<project><types><pous/></types><instances><configurations>{devices}
+</configurations></instances></project>"""
+_DEVICE = """<configuration name="{name}"><resource name="Application">
+<task name="Main" priority="5" interval="PT0.01S"><pouInstance name="{name}Program" typeName=""/>
+</task><addData><data name="http://www.3s-software.com/plcopenxml/pou">
+<pou name="{name}Program" pouType="program"><interface><localVars>
+<variable name="n"><type><INT/></type></variable></localVars></interface>
+<body><ST><xhtml>n := n + 1;</xhtml></ST></body></pou></data></addData></resource></configuration>
+"""
+
+
+def test_a_device_of_a_project_is_chosen_on_the_command_line_or_in_the_ini_file(
+    run: Run, pytester: pytest.Pytester
+) -> None:
+    """A device that is chosen lacks only the areas of a robot.
+
+    Source: docs/how-to/testing.md.
+    """
+    devices = "".join(_DEVICE.format(name=name) for name in ("Press", "Oven"))
+    pytester.makefile(".xml", plant=_DEVICES.format(devices=devices))
+    test = "def test_it(cell):\n    pass\n"
+    several = "*the project has several devices: Press and Oven; choose one*"
+    run(test, sources="plant.xml").stdout.fnmatch_lines([several])
+    for given in (
+        run(test, "--rcx-device", "Oven", sources="plant.xml"),
+        run(test, sources="plant.xml", device="Oven"),
+    ):
+        given.stdout.no_fnmatch_line(several)
+        given.stdout.fnmatch_lines(["*OvenProgram*"])

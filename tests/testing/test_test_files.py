@@ -1,4 +1,4 @@
-"""`rcx test`: files with TEST blocks, as STruC++ has them."""
+"""`rcx test` runs files with TEST blocks, as STruC++ has them."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def test_a_failed_assert_ends_its_test_with_line_and_message(results: Results) -
 
 
 def test_each_test_has_fresh_variables_and_runs_setup_before(results: Results) -> None:
-    """The third round finds a count of 3.
+    """The third call finds a count of 3, so the test began with a fresh counter.
 
     Source: STruC++, docs/TESTING.md, SETUP / TEARDOWN.
     """
@@ -142,6 +142,20 @@ def test_all_asserts_are_known_also_over_several_lines(results: Results) -> None
     """Source: STruC++, docs/TESTING.md, assertions."""
     expected = ["40: expected 3.14 within 0.01, actual 3.2: ASSERT_NEAR(3.2, 3.14, 0.01)"]
     assert _found(results)["others"] == (8, expected)
+
+
+def test_an_error_at_run_time_ends_its_test_and_no_other(tmp_path: Path) -> None:
+    """Source: docs/how-to/unit-tests.md."""
+    file = tmp_path / "test.st"
+    file.write_text(
+        'TEST "divides"\nVAR z : INT; END_VAR\nz := 1 / z;\nASSERT_TRUE(FALSE);\nEND_TEST\n'
+        'TEST "good"\nASSERT_TRUE(TRUE);\nEND_TEST\n'
+        'TEST "mocks"\nVAR z : INT; END_VAR\nMOCK z;\nEND_TEST\n'
+    )
+    found = _found(run_suites(source_files(file), FRAMEWORK))
+    assert found["divides"] == (0, ["3: division by zero"])
+    assert found["good"] == (1, [])
+    assert found["mocks"] == (0, ["11: MOCK z: it is not a function block"])
 
 
 def test_a_mocked_instance_is_not_executed_and_a_mocked_function_returns_its_value(

@@ -1,4 +1,4 @@
-"""Projects that have the plugin installed, but do not use it."""
+"""The plugin does not disturb projects that have it installed but do not use it."""
 
 from __future__ import annotations
 

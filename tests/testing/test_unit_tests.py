@@ -1,4 +1,4 @@
-"""`rcx test`: suites with the interface of TcUnit, in virtual time."""
+"""`rcx test` runs suites with the interface of TcUnit, in virtual time."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ def test_the_same_failure_in_the_next_cycle_is_not_reported_again(results: Resul
 
 
 def test_ordered_tests_run_one_after_the_other(results: Results) -> None:
-    """The first ends in the third cycle, the second runs in the fourth.
+    """The first test ends in the third cycle, and the second test runs in the fourth.
 
     Source: TcUnit, FAQ 7.
     """
@@ -168,7 +168,7 @@ def test_of_two_tests_with_one_name_the_first_counts_and_a_note_says_so(results:
     assert note == "Main.Sums: there are several tests Adds; only the first one counts"
 
 
-#: Type, expected and actual value, and both as the result shows them.
+#: Type, expected and actual value, and both values as the result shows them.
 _VALUES = {
     "BOOL": ("TRUE", "FALSE", "TRUE", "FALSE"),
     "BYTE": ("16#AB", "16#C", "0xAB", "0x0C"),
@@ -304,7 +304,9 @@ END_PROGRAM
 def test_suites_are_computed_as_the_tool_of_the_project(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A number is milliseconds as a TIME in TwinCAT; the suite is in a source with the namespace.
+    """In TwinCAT, a number as a TIME is milliseconds.
+
+    The suite is in a source with the namespace.
 
     Source: docs/reference/language.md, dialects.
     """
@@ -389,16 +391,102 @@ def test_a_suite_that_never_finishes_is_given_up_with_a_message(
     assert "given up after 100 scans" in str(case.get("message"))
 
 
-def test_an_error_of_the_program_is_an_error_of_the_test_that_runs(tmp_path: Path) -> None:
+_ERRORS = """FUNCTION_BLOCK FB_Methods EXTENDS FB_TestSuite
+VAR Zero, Index, Cycles, Ordered : INT; Items : ARRAY[1..3] OF INT; END_VAR
+METHOD Divides
+TEST('Divides');
+Index := 1 / Zero;
+TEST_FINISHED();
+END_METHOD
+METHOD Leaves
+TEST('Leaves');
+Helper(4);
+AssertTrue(FALSE, 'not reached');
+TEST_FINISHED();
+END_METHOD
+METHOD Helper
+VAR_INPUT Place : INT; END_VAR
+Items[Place] := 1;
+END_METHOD
+METHOD Prepares
+Index := 1 / Zero;
+TEST('Prepares');
+END_METHOD
+METHOD Off
+TEST('DISABLED_Off');
+Index := 1 / Zero;
+END_METHOD
+METHOD Second
+IF TEST_ORDERED('First of two') THEN Index := 1 / Zero; END_IF
+END_METHOD
+METHOD Third
+IF TEST_ORDERED('Second of two') THEN TEST_FINISHED(); END_IF
+END_METHOD
+METHOD Lasts
+TEST('Lasts');
+Cycles := Cycles + 1;
+IF Cycles = 4 THEN TEST_FINISHED(); END_IF
+END_METHOD
+Divides(); AssertTrue(FALSE, 'of the test that has ended');
+Leaves(); Prepares(); Off(); Second(); Third(); Lasts();
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK FB_Inline EXTENDS FB_TestSuite
+VAR Zero, Index : INT; END_VAR
+TEST('Waits');
+TEST('Divides');
+Index := 1 / Zero;
+TEST_FINISHED();
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK FB_Good EXTENDS FB_TestSuite
+TEST('Good');
+TEST_FINISHED();
+END_FUNCTION_BLOCK
+PROGRAM Main
+VAR Inlined : FB_Inline; Methods : FB_Methods; Good : FB_Good; END_VAR
+RUN();
+END_PROGRAM
+"""
+
+
+def test_an_error_at_run_time_ends_its_test_and_no_other(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An error within a method ends the test of this method; elsewhere it ends the suite.
+
+    Source: docs/how-to/unit-tests.md.
+    """
+    monkeypatch.chdir(tmp_path)
+    Path("suite.st").write_text(_ERRORS)
+    assert main(["test", "suite.st", "--junit", "j.xml"]) == 1
+    assert capsys.readouterr().out.splitlines() == [
+        "FAILED Main.Inlined.Waits",
+        "  suite.st:42: has not finished, because an error has ended the suite: division by zero",
+        "FAILED Main.Inlined.Divides",
+        "  suite.st:44: division by zero",
+        "FAILED Main.Methods.Divides",
+        "  suite.st:5: division by zero",
+        "FAILED Main.Methods.Leaves",
+        "  suite.st:16: index 4 is outside 1..3",
+        "FAILED Main.Methods.Prepares",
+        "  suite.st:19: division by zero",
+        "SKIPPED Main.Methods.Off",
+        "FAILED Main.Methods.First of two",
+        "  suite.st:27: division by zero",
+        "3 suites, 10 tests: 3 passed, 6 failed, 1 skipped; 4 scans in 30 ms of virtual time",
+        "written: j.xml",
+    ]
+    root = ElementTree.parse("j.xml").getroot()
+    assert (root.get("errors"), root.get("failures")) == ("6", "0")
+    assert main(["test", "suite.st", "--only", "Good", "--only", "Lasts"]) == 1
+    assert "FAILED Main.Methods.Prepares" in capsys.readouterr().out
+
+
+def test_an_error_outside_of_the_suites_ends_the_run(tmp_path: Path) -> None:
     """Source: docs/how-to/unit-tests.md."""
-    body = ("TEST('Divides');", "Value := 1 / Value;", "TEST_FINISHED();")
-    results = _run(tmp_path, _suite_of(*body, before="VAR Value : INT; END_VAR"))
-    (failure,) = _tests(results)["Divides"].failures
-    assert failure.message == "division by zero"
-    assert failure.place is not None
-    assert failure.place.line == 4
+    text = _suite_of("TEST('Waits');").replace("RUN();", "RUN(); Zero := 1 / Zero;")
+    results = _run(tmp_path, text.replace("Some : FB_Some;", "Some : FB_Some; Zero : INT;"))
     assert not results.passed
-    assert "division by zero" in results.ended
+    assert results.ended.endswith("suite.st:7: division by zero")
 
 
 def test_a_finished_test_that_does_not_exist_ends_the_run(tmp_path: Path) -> None:
@@ -484,9 +572,9 @@ _OBJECT = """<?xml version="1.0" encoding="utf-8"?>
 def test_a_twincat_project_runs_as_it_is(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The names of the library TcUnit are qualified; lines are those of the project's files.
+    """Names of the library TcUnit are qualified, and lines are those of the project's files.
 
-    As in TwinCAT, a number is milliseconds as a TIME.
+    As in TwinCAT, a number as a TIME is milliseconds.
 
     Source: docs/how-to/unit-tests.md.
     """

@@ -1,4 +1,4 @@
-"""The last lines of a test run: short, and with what the reader does next."""
+"""The last lines of a test run are short, and say what the reader can do next."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_reasons_that_mean_the_same_are_one_line() -> None:
 
 
 def test_a_green_run_says_what_was_left_out(suite: pytest.Pytester) -> None:
-    """The seed 4 puts the last test first, in every run."""
+    """The seed 4 puts the last test first in every run."""
     suite.makepyfile(_TESTS.format(red=True))
     result = suite.runpytest_inprocess("-m", "not exhaustive", "-p", "no:xdist", "-s", "--order=4")
     result.stdout.fnmatch_lines(

@@ -37,7 +37,7 @@ def servo_on() -> Timeline:
 
 
 def test_the_chart_shows_what_changed_and_when() -> None:
-    """Inputs, then outputs, then code and status, each change under its time."""
+    """The chart has inputs, outputs, code and status, with each change under its time."""
     assert text_chart(servo_on(), 80) == (
         "time [ms]                       100   150   250   300   320   900\n"
         "SI(01) Servo ON input         ▁▁╱▔▔▔▔▔▔▔▔▔▔▔╲▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁\n"
@@ -105,15 +105,13 @@ def test_a_long_run_says_what_the_chart_leaves_out() -> None:
 
 
 def test_a_column_is_wide_enough_for_what_stands_in_it() -> None:
-    """ReadPositionPulses (0x0505) lasts one column only; a very long text is cut."""
+    """ReadPositionPulses (0x0505) lasts for a single column. A very long text is cut."""
     timeline = Timeline(Trace({}, watched={"Main.Text": ElementaryType("STRING")}))
     for ms, code, text in ((0, 0, ""), (100, 0x0505, "a"), (110, 0, "x" * 30), (120, 0, "b")):
         timeline.take(Scan(ms * 1000, 0, area(), area(code), {"Main.Text": text}))
     lines = {line[:19].strip(): line[20:] for line in text_chart(timeline, 100).splitlines()}
     assert "\u2573ReadPositionPulses\u2500\u2573" in lines["Remote command code"]
-    assert f"\u2573'{'x' * 23}\u2026" in lines["Main.Text"], (
-        "24 characters, and that there are more"
-    )
+    assert f"\u2573'{'x' * 23}\u2026" in lines["Main.Text"], "24 characters and a sign for the rest"
     assert "\u2573'b'" in lines["Main.Text"]
     texts = [n.text or "" for n in ElementTree.fromstring(svg_chart(timeline)).iter(f"{SVG}text")]
     assert "ReadPositionPulses" in texts
@@ -139,7 +137,7 @@ def test_texts_of_a_chart_in_ascii_are_in_ascii_and_pictures_are_of_whole_charac
     [(0x0001, "MovePtp"), (0x2001, "MovePtp R2"), (0x0FFF, "0x0FFF"), (0x1100, "0x1100")],
 )
 def test_a_code_is_shown_by_the_commands_name_or_as_it_is(code: int, name: str) -> None:
-    """0x0100, WritePoint, takes no robot; with a robot it is not a command."""
+    """0x0100, WritePoint, has no robot designation. With a robot number it is not a command."""
     assert command_name(code) == name
 
 

@@ -1,4 +1,4 @@
-"""Signals that are never ON have a line in a chart where they explain why nothing happens."""
+"""A signal that is never ON has a line in the chart if it explains why nothing happens."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def area(bits: int = 0, code: int = 0, group: int = 0, category: int = 0) -> byt
 
 
 def timeline(*steps: tuple[bytes, bytes], trace: Trace | None = None) -> Timeline:
-    """Return a timeline with a scan per 100 ms: the areas read and written."""
+    """Return a timeline with a scan per 100 ms: the areas that were read and written."""
     made = Timeline(trace)
     for number, (so, si) in enumerate(steps):
         made.take(Scan(number * 100_000, number, so, si))
@@ -36,7 +36,7 @@ def signals(made: Timeline) -> list[str]:
 
 
 def off(made: Timeline) -> set[str]:
-    """Return the signals whose line is OFF from the first to the last column."""
+    """Return the signals that are OFF from the first to the last column."""
     lines = text_chart(made, 100, ascii_only=True).splitlines()
     return {
         line[:6] for line in lines if line[:2] in ("SI", "SO") and set(line.split()[-1]) == {"_"}
@@ -46,13 +46,13 @@ def off(made: Timeline) -> set[str]:
 @pytest.mark.parametrize(
     ("si", "so", "expected"),
     [
-        # Chapter 5, 2: what the input is answered with; it came: nothing is added.
+        # Chapter 5, 2: the answer to the input has come, so that no line is added.
         (SI00 | SI06 | SI17, 0, {"SO(11)"}),
         (SI00 | SI06 | SI14, 0, {"SO(11)"}),
         (SI10, 0, {"SO(12)"}),
         (SI00 | SI01, 0, {"SO(02)"}),
         (SI00 | SI01, SO02, set()),
-        # Chapter 5, 2 and 3.2: SI(15) needs AUTO mode, SI(12) SI(00) and SI(06), too.
+        # Chapter 5, 2 and 3.2: SI(15) needs AUTO mode. SI(12) also needs SI(00) and SI(06).
         (SI15, 0, {"SO(14)", "SO(10)"}),
         (SI00 | SI12, 0, {"SO(13)", "SO(10)", "SI(06)"}),
         (SI00 | SI12, SO13, set()),
@@ -72,7 +72,7 @@ def test_an_answer_that_never_came_has_a_line(si: int, so: int, expected: set[st
         (6, 302, ["SO(11)"]),  # origin incomplete
         (6, 301, ["SO(02)"]),  # servo off
         (12, 400, ["SI(06)"]),  # standard in stop on
-        (2, 334, []),  # over soft limit: no signal says it
+        (2, 334, []),  # over soft limit: there is no signal for it
     ],
 )
 def test_the_signal_of_an_alarm_that_ended_a_command_has_a_line(
@@ -95,7 +95,7 @@ def test_a_signal_that_a_broken_rule_names_has_a_line() -> None:
 
 
 def test_a_signal_that_the_cause_of_an_error_names_has_a_line_in_every_band() -> None:
-    """16#807B: SO(11) is OFF. It is watched, or reported at the end of the run.
+    """16#807B means that SO(11) is OFF. It is watched, or reported at the end of the run.
 
     Source: docs/reference/errors.md.
     """

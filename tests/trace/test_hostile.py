@@ -1,4 +1,4 @@
-"""Damaged and forged traces: each gives one message with the line."""
+"""A damaged or forged trace gives one message with the line."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def test_a_clock_that_jumps_by_years_is_reported(tmp_path: Path) -> None:
 
 
 def test_array_types_in_a_header_are_counted_before_they_are_taken_apart(tmp_path: Path) -> None:
-    """Two elements of two elements and so on, forty times: 2^40 lanes.
+    """Arrays of two arrays of two arrays and so on, forty times, would be 2^40 lanes.
 
     Source: docs/reference/limits.md, variables that are watched.
     """
@@ -104,7 +104,7 @@ def test_array_types_in_a_header_are_counted_before_they_are_taken_apart(tmp_pat
 
 
 def test_parts_are_counted_as_they_are_made() -> None:
-    """A long array is one value.
+    """A long array counts as one value.
 
     Source: docs/reference/trace.md.
     """

@@ -1,5 +1,5 @@
 # ruff: noqa: RUF001 - the chart is drawn with these
-"""Charts whose time axis is true to scale."""
+"""Charts with a time axis that is true to scale."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rcx_harness.trace.scale import scaled_svg, scaled_text
 from structured_text.language.types import ElementaryType, EnumType, Type
 
 SVG = "{http://www.w3.org/2000/svg}"
-#: As long as the longest name; with two spaces and 80 characters for the lanes.
+#: The length of the longest name; with two spaces and 80 characters for the lanes.
 NAMES = len("Remote command code")
 WIDTH = NAMES + 2 + 80
 STATE = EnumType("STATE", ("IDLE", "RUN"))
@@ -25,7 +25,10 @@ def area(code: int = 0, byte32: int = 0) -> bytes:
 
 
 def run(end_ms: int = 599) -> Timeline:
-    """Return a trace: SI(06) from 100 ms to 250 ms; MOVE PTP from 300 ms on; a scan every ms."""
+    """Return a trace with a scan every ms.
+
+    SI(06) is ON from 100 ms to 250 ms, and MOVE PTP begins at 300 ms.
+    """
     timeline = Timeline()
     for ms in range(end_ms + 1):
         si = area(code=0x0001 if ms >= 300 else 0, byte32=0x40 if 100 <= ms < 250 else 0)
@@ -34,7 +37,7 @@ def run(end_ms: int = 599) -> Timeline:
 
 
 def moving(end_ms: int = 100) -> Timeline:
-    """Return a trace in which X goes from 0 to 100 mm by 1 mm per ms, and Y rests."""
+    """Return a trace in which X goes from 0 to 100 mm at 1 mm per ms, and Y does not move."""
     timeline = Timeline(Trace({}, axes=[["X [mm]", "Y [mm]"]]))
     for ms in range(end_ms + 1):
         timeline.take(Cycle(ms * 1000, ms, b"", area(), 1, (float(ms), 0.0)))
@@ -43,7 +46,7 @@ def moving(end_ms: int = 100) -> Timeline:
 
 
 def test_a_line_is_so_much_time_and_a_character_its_share() -> None:
-    """80 characters for 800 ms: 10 ms each, the last line as long as there is time."""
+    """80 characters for 800 ms are 10 ms each. The last line is shorter if less time remains."""
     lines = scaled_text(run(), WIDTH, line_us=800_000).splitlines()
     assert lines == [
         f"{'time [ms]':<{NAMES}} 0         100       200       300       400       500",
@@ -123,7 +126,7 @@ def test_a_broken_rule_is_marked_where_it_was() -> None:
 
 
 def test_the_picture_is_true_to_scale() -> None:
-    """1000 pixels for 500 ms: 2 pixels for each."""
+    """1000 pixels for 500 ms are 2 pixels for each ms."""
     root = ElementTree.fromstring(scaled_svg(run(), "a < b", 500_000))
     texts = {node.text: float(node.get("x") or 0) for node in root.iter(f"{SVG}text")}
     assert "a < b" in texts
@@ -148,7 +151,7 @@ def test_the_same_run_gives_the_same_picture() -> None:
 @pytest.mark.parametrize("draw", [scaled_svg, scaled_text])
 def test_instants_that_are_left_out_are_reported(draw: object) -> None:
     assert callable(draw)
-    assert "what comes after 500 ms is left out; make a line longer" in draw(run(), line_us=5_000)
+    assert "the part after 500 ms is left out; make a line longer" in draw(run(), line_us=5_000)
     assert "left out" not in draw(run(), line_us=6_000)
 
 

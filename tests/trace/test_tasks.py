@@ -1,4 +1,4 @@
-"""The tasks of robot programs in traces, charts and wave files. Expected values: by hand."""
+"""Traces, charts and wave files have the tasks of robot programs. Expected values are by hand."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def _scan(ms: int, si: int = 0) -> Scan:
     return Scan(ms * 1000, ms // 10, bytes(48), bytes(32) + bytes([si]) + bytes(15))
 
 
-#: SI(00) at 20 ms; task 2 joins at 20 ms and leaves at 40 ms; the program stops at 30 ms.
+#: SI(00) turns ON at 20 ms. Task 2 joins at 20 ms and leaves at 40 ms. The program stops at 30 ms.
 _RUN: tuple[Record, ...] = (
     _cycle(0, _task(1, "ready")),
     _scan(0),
@@ -55,7 +55,7 @@ def _timeline(*records: Record) -> Timeline:
 
 
 def test_the_lines_are_exactly_of_the_format() -> None:
-    """The header has the listings, a cycle the tasks; without programs nothing is added.
+    """The header has the listings, and a cycle has the tasks. Without programs nothing is added.
 
     Source: docs/reference/trace.md.
     """
@@ -114,7 +114,7 @@ def test_a_task_in_words() -> None:
 
 
 def test_a_statement_is_told_without_its_comment() -> None:
-    """An apostrophe in a text in quotes begins no comment."""
+    """An apostrophe inside a quoted text does not begin a comment."""
     assert statement_of(_PROGRAMS[0], _task(1)) == "WAIT SI(20)=1"
     assert statement_of(_PROGRAMS[0], _task(2)) == 'S$="it\'s"'
     assert statement_of(_PROGRAMS[0], _task(4)) == ""
@@ -122,7 +122,7 @@ def test_a_statement_is_told_without_its_comment() -> None:
 
 
 def test_a_chart_has_a_lane_for_each_task() -> None:
-    """As positions, tasks make no columns: only SI(00) does, ON at 20 ms and OFF at 60 ms."""
+    """Like positions, tasks make no columns. Only SI(00) does, ON at 20 ms and OFF at 60 ms."""
     timeline = _timeline(*_RUN)
     lanes = {lane.name: lane for lane in timeline.lanes()}
     assert lanes["Task 1"].first == "PLACE ready"
@@ -155,7 +155,7 @@ def test_lanes_of_further_controllers_bear_their_number() -> None:
 
 
 def test_a_wave_file_has_line_task_and_state_of_each_program(tmp_path: Path) -> None:
-    """While a program is in no task, its line and its task are 0."""
+    """While a program is not in a task, its line and its task are 0."""
     programs = [[*_PROGRAMS[0], {"name": "LAMP", "lines": []}]]
     wave = Wave(tmp_path / "w.vcd", trace=Trace(_HEADER, programs=programs))
     for record in _RUN:
@@ -168,7 +168,7 @@ def test_a_wave_file_has_line_task_and_state_of_each_program(tmp_path: Path) -> 
 
 
 def _changes(text: str, scope: str, name: str) -> list[str]:
-    """Return the values of a variable of a wave file, the first at time 0."""
+    """Return the values of a variable in a wave file, with the first at time 0."""
     section = text[text.index(f"$scope module {scope} $end") :]
     found = re.search(rf"\$var \w+ \d+ (\S+) {name} ", section)
     assert found

@@ -15,7 +15,7 @@ HEADER = {"scan_us": 10000, "cycle_us": 5000, "size": 48}
 
 
 def test_the_lines_are_exactly_of_the_format() -> None:
-    """Keys in fixed order, no spaces, areas in hexadecimal."""
+    """Keys have a fixed order, there are no spaces, and areas are hexadecimal."""
     trace = Trace(HEADER)
     trace.add(Cycle(0, 0, b"", bytes.fromhex("0002")))
     trace.add(Scan(0, 0, bytes.fromhex("00ff"), bytes.fromhex("0100")))

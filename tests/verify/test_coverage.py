@@ -1,4 +1,4 @@
-"""Coverage of ST: executed statements count, and the others are listed."""
+"""Coverage of ST counts executed statements, and lists the others."""
 
 from __future__ import annotations
 
@@ -125,13 +125,13 @@ def test_everything_executed_is_complete(measured: Measure) -> None:
 
 
 def test_a_branch_that_is_not_taken_is_named_with_its_line(measured: Measure) -> None:
-    """This includes a missing ELSE, and a CASE in which no label fits."""
+    """A branch that is not taken has its line, also a missing ELSE and a CASE without a match."""
     result = measured([(20, True, "SIZE_SMALL")])
     assert _open(result) == [
         "17: not taken: ELSIF Level > 5",
-        "19: not taken: none of the IF (no ELSE)",
+        "19: not taken: no condition of the IF was TRUE (no ELSE)",
         "23: not taken: CASE SIZE_LARGE",
-        "24: not taken: CASE without a label that fits",
+        "24: not taken: no label of the CASE fits",
         "29: not taken: WHILE without a round",
     ]
     assert not result.statement_share.complete
@@ -158,7 +158,7 @@ def test_a_loop_without_a_round_counts_unless_constants_exclude_it(measured: Mea
     ids=["FOR", "REPEAT", "WHILE"],
 )
 def test_a_branch_not_taken_in_a_loop_is_found(measured: Measure, loop: str) -> None:
-    """Its counter is 1, 2 and 3."""
+    """The loop counter is 1, 2 and 3, so that the branch for 5 is not taken."""
     branch = "    IF k = {} THEN\n      Shown := 1;\n    END_IF;\n"
     body = loop.format(body=branch.format(2) + branch.format(5))
     start, end = _BLOCK.index("  k := 1;"), _BLOCK.index("  Good :=")
@@ -174,7 +174,7 @@ def test_a_case_whose_labels_are_all_members_has_no_other_way(measured: Measure)
 
 
 def test_a_dead_line_in_a_block_is_found(measured: Measure) -> None:
-    """The condition follows another one that includes it, so no test can reach it."""
+    """An earlier condition includes this condition, so no test can reach the line."""
     dead = "  ELSIF Level > 7 THEN\n    Shown := 3;\n  END_IF;\n  CASE"
     result = measured(_EVERYTHING, _BLOCK.replace("  END_IF;\n  CASE", dead))
     assert _open(result) == ["19: not taken: ELSIF Level > 7"]
@@ -256,7 +256,7 @@ def test_mcdc_asks_that_each_condition_decides_both_ways(
 
 
 def test_a_decision_has_its_outcome_for_each_vector(tmp_path: Path) -> None:
-    """Worked out by hand; A is bit 0."""
+    """The outcomes are calculated by hand. A is bit 0."""
     decision = _decision("A XOR B AND NOT C", tmp_path)
     assert [decision.outcome(vector) for vector in range(8)] == [
         *(False, True, True, False),
@@ -265,7 +265,7 @@ def test_a_decision_has_its_outcome_for_each_vector(tmp_path: Path) -> None:
 
 
 def test_all_operands_are_evaluated_where_python_would_stop(measured: Measure) -> None:
-    """ST has no short circuit: the second condition is seen although the first is FALSE."""
+    """ST has no short-circuit evaluation: the second condition counts even after a FALSE."""
     result = measured([(0, True, "SIZE_SMALL")])
     (first,) = [one for one in result.decisions if one.line == 15]
     assert [one.text for one in first.conditions] == ["Level > 10", "Ready"]

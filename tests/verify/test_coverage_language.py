@@ -1,4 +1,4 @@
-"""Coverage of what users write: methods, loops, skipped conditions, files of tools; its reports."""
+"""Coverage of users' programs: methods, loops, skipped conditions, files of tools, reports."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ _GUARD = "  IF Take THEN\n    P := ADR(X);\n  END_IF;\n  Seen := P <> 0 AND_THEN
 
 
 def test_a_pointer_behind_and_then_is_followed_only_where_it_leads_somewhere(run: Run) -> None:
-    """Each operand is a condition; the second is not looked at where the first is FALSE."""
+    """Each operand is a condition. The second is not evaluated if the first is FALSE."""
     result = run(_GUARD, _POINTER, {})
     (decision,) = [one for one in result.decisions if "AND_THEN" in one.text]
     assert decision.text == "P <> 0 AND_THEN P^ > 3"
@@ -70,7 +70,7 @@ def test_a_pointer_behind_and_then_is_followed_only_where_it_leads_somewhere(run
 
 
 def test_three_evaluations_give_mcdc_of_two_conditions(run: Run) -> None:
-    """FALSE and skipped, TRUE and TRUE, TRUE and FALSE: of n conditions n + 1.
+    """FALSE and skipped, TRUE and TRUE, TRUE and FALSE: n conditions need n + 1 evaluations.
 
     Source: masking MC/DC of short-circuit forms (CAST-6, 10.3).
     """
@@ -89,18 +89,21 @@ def test_three_evaluations_give_mcdc_of_two_conditions(run: Run) -> None:
         ([0, 1, "OR_ELSE"], [0b10_01, 0b00_00], "TF F"),
         # (A AND_THEN B) OR_ELSE C. Only A FALSE, C FALSE: A and C may have decided.
         ([0, 1, "AND_THEN", 2, "OR_ELSE"], [0b010_000], "F - F"),
-        # The same, A and B TRUE: both have decided, C is skipped.
+        # The same with A and B TRUE: both have decided, and C is skipped.
         ([0, 1, "AND_THEN", 2, "OR_ELSE"], [0b100_011], "T T -"),
         # A FALSE, C TRUE: only C has decided, whatever B is.
         ([0, 1, "AND_THEN", 2, "OR_ELSE"], [0b010_100], "- - T"),
-        # A XOR B: both decide as TRUE and as FALSE, but with one outcome: no MC/DC.
+        # A XOR B: both decide as TRUE and as FALSE, but with the same outcome, so no MC/DC.
         ([0, 1, "XOR"], [0b01, 0b10], "F F"),
     ],
 )
 def test_a_condition_has_decided_where_what_was_skipped_could_not_outweigh_it(
     code: list[int | str], vectors: list[int], deciding: str
 ) -> None:
-    """Worked out by hand; bit k is condition k, above them the bits of those that are skipped."""
+    """The results are by hand.
+
+    Bit k is condition k, and the bits of skipped conditions are above.
+    """
     size = sum(isinstance(one, int) for one in code)
     judged = judge(code, size, vectors)
     shown = ["".join("FT"[value] for value in sorted(one.deciding)[::-1]) for one in judged]
@@ -134,7 +137,7 @@ def test_coverage_ends_no_run_that_goes_on_without_it(run: Run) -> None:
 
 
 def test_a_conversion_behind_and_is_looked_at_and_a_root_is_not(run: Run) -> None:
-    """A conversion of a whole number ends no run; a root of a negative number does."""
+    """A conversion of a whole number never ends a run. The root of a negative number does."""
     declared = "    i : INT;\n    r : REAL;\n    Good : BOOL;\n"
     body = "  Good := i > 0 AND INT_TO_REAL(i) < 3.0;\n  Good := i > 0 AND SQRT(r) < 3.0;\n"
     result = run(body, declared, {"i": 0})
@@ -153,7 +156,7 @@ def test_a_decision_that_is_come_to_again_inside_itself_keeps_both(run: Run) -> 
     body = "  A.On := TRUE;\n  A.Next := ADR(B);\n  Both := A.All();\n"
     result = run(body, declared, {}, before=before)
     (decision,) = [one for one in result.decisions if "AND_THEN" in one.text]
-    # B: On FALSE, the others skipped. A: On TRUE, Next is there, All of B FALSE.
+    # B: On is FALSE, the others are skipped. A: On is TRUE, Next exists, All of B is FALSE.
     assert dict(decision.vectors) == {0b110_000: False, 0b000_001: False}
 
 
@@ -200,10 +203,10 @@ def test_bodies_without_statements_are_branches(run: Run) -> None:
         ("CASE 0", 0),
         ("CASE 1", 1),
         ("CASE 2", 2),
-        ("CASE without a label that fits", 0),
+        ("no label of the CASE fits", 0),
         ("IF k = 0", 0),
         ("ELSIF k = 1", 1),
-        ("none of the IF (no ELSE)", 2),
+        ("no condition of the IF was TRUE (no ELSE)", 2),
         ("WHILE with a round", 2),
         ("WHILE without a round", 1),
         ("FOR with a round", 6),
@@ -257,7 +260,7 @@ END_FUNCTION_BLOCK
 
 
 def test_functions_methods_and_properties_count_with_their_lines(run: Run) -> None:
-    """All are in one file; the parts that are not called are reported with their own lines."""
+    """All are in one file. Parts that are not called are reported with their own lines."""
     body = "  Axis.MoveTo(Target := n);\n  n := Axis.Position;\n"
     result = run(body, "    Axis : FB_Axis;\n    n : INT;\n", {"n": 4}, before=_METHODS)
     assert sorted(result.pous) == [("FB_Axis", 6, 0), ("FB_Axis.MoveTo", 8, 1),
@@ -333,9 +336,9 @@ def test_a_replaced_body_counts_in_its_own_file(tmp_path: Path) -> None:
     assert [(item.line, item.hits) for item in result.statements] == [(1, 2), (2, 1)]
 
 
-# --- what is written ------------------------------------------------------------------------------
+# --- written reports ------------------------------------------------------------------------------
 
-#: The elements of coverage-04.dtd: their children in order, and the attributes they must have.
+#: The elements of coverage-04.dtd: their children in order, and their required attributes.
 _RATES = {"line-rate", "branch-rate", "complexity"}
 _DTD = {"coverage": (["sources", "packages"], {"lines-covered", "lines-valid", "branches-covered",
                                                "branches-valid"} | {"version", "timestamp",
@@ -383,7 +386,7 @@ def test_cobertura_is_as_its_dtd_wants_it(result: FileResult, tmp_path: Path) ->
 
 
 def test_records_of_lcov_stand_at_lines_with_statements(result: FileResult) -> None:
-    """Readers say that a branch or function of a line without data is an error."""
+    """Readers report a branch or function of a line without data as an error."""
     rows = [line.partition(":") for line in tracefile([result]).splitlines()]
     of: dict[str, set[str]] = {}
     for kind, _, rest in rows:
@@ -391,14 +394,16 @@ def test_records_of_lcov_stand_at_lines_with_statements(result: FileResult) -> N
     assert of["DA"] == {"3", "4", "10", "11", "13", "14", "18", "21", "24", "31", "32"}
     assert of["BRDA"] == {"3", "10"}
     blocks = {tuple(rest.split(",")[:2]) for kind, _, rest in rows if kind == "BRDA"}
-    assert len(blocks) == len({block for _, block in blocks}) == 2, "one for each IF of the file"
+    assert len(blocks) == len({block for _, block in blocks}) == 2, (
+        "a branch for each IF of the file"
+    )
     assert of["FN"] == {"3", "10", "18", "21", "24", "31"}
     assert {"LF": {"11"}, "LH": {"7"}, "BRF": {"4"}, "BRH": {"2"}}.items() <= of.items()
-    assert "MCDC" not in of, "other readers refuse it"
+    assert "MCDC" not in of, "other readers refuse the file"
 
 
 def test_lcov_takes_the_conditions_of_a_line_as_one_group(run: Run) -> None:
-    """Two conditions belong to one decision, one to another; lcov 2.2 shows f and t of each."""
+    """Two conditions belong to one decision, one to another. lcov 2.2 shows f and t of each."""
     body = "  X := A AND B; X := NOT A;\n"
     result = run(body, "    A, B, X : BOOL;\n", {"A": True, "B": True}, {"B": False})
     lines = tracefile([result], mcdc=True).splitlines()

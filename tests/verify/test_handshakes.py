@@ -1,4 +1,4 @@
-"""Ready properties of a handshake: what breaks them, what does not, and what they say."""
+"""Predefined properties of a handshake are broken or kept, and have messages."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rcx_harness.verify.properties import judge_run
 from rcx_harness.verify.storm.demands import Demands
 from structured_text.errors import InputError
 
-#: Every value of the table is written by hand in a test, before a scan.
+#: A test writes every value of the table by hand before a scan.
 _PROGRAM = """PROGRAM Wire
   VAR
     InputArea, OutputArea : RCX_IMAGE;
@@ -37,7 +37,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def _cell(folder: Path, properties: str, program: str = "", **options: object) -> Cell:
-    """Return a cell with these properties, and with this robot program."""
+    """Return a cell with these properties and this robot program."""
     config = RobotConfig(booted=True)
     if program:
         config = RobotConfig(booted=True, programs=(RobotProgram(name="MAIN", text=program),))
@@ -58,7 +58,7 @@ acknowledge = "Main.Taken"
 
 
 def _found(cell: Cell, rows: Iterator[tuple[int, int, int]]) -> list[str]:
-    """Run a scan with each row of strobe, data and acknowledge; return what is broken."""
+    """Run a scan with each row of strobe, data and acknowledge; return the broken properties."""
     for strobe, data, taken in rows:
         cell["Main.Strobe"], cell["Main.Data"], cell["Main.Taken"] = bool(strobe), data, bool(taken)
         cell.scan()
@@ -68,15 +68,15 @@ def _found(cell: Cell, rows: Iterator[tuple[int, int, int]]) -> list[str]:
 @pytest.mark.parametrize(
     ("more", "rows", "said"),
     [
-        # Data and strobe in one scan go in one packet.
+        # Data and strobe change in one scan and so in one packet.
         ("", "001 000 010 110 110 111 121 020", ""),
-        # Changed in the scan after, not yet acknowledged.
+        # The data change in the next scan, before the acknowledge.
         ("", "000 110 120", "changed 1 scan after Main.Strobe became ON, before Main.Taken has"),
         ("", "000 110 110 120", "changed 2 scans after Main.Strobe became ON"),
         ("", "000 110 110 110 110 120", "changed 3 or more scans after Main.Strobe became ON"),
-        # The acknowledge is seen in the scan of the change.
+        # The acknowledge is read in the scan of the change.
         ("", "000 110 121", ""),
-        # The strobe is taken back with the change.
+        # The strobe is withdrawn with the change.
         ("", "000 110 020", ""),
         # A strobe that is ON in the first scan has no edge.
         ("", "110 120", ""),
@@ -84,7 +84,7 @@ def _found(cell: Cell, rows: Iterator[tuple[int, int, int]]) -> list[str]:
         ("before = 1", "000 000 110", "changed less than 1 scan before Main.Strobe became ON"),
         ("before = 2", "010 020 020 120", ""),
         ("before = 2", "010 010 020 120", "changed less than 2 scans before Main.Strobe"),
-        # After this many scans the data may change without an acknowledge.
+        # After this number of scans the data may change without an acknowledge.
         ("after = 2", "000 110 110 110 120", ""),
         ("after = 2", "000 110 110 120", "changed 2 scans after"),
     ],
@@ -116,13 +116,13 @@ _TO_PLC = (
 
 
 def _started(cell: Cell) -> Cell:
-    """Let the robot program run, without servos: it only reads and writes."""
+    """Run the robot program without servos, because it only reads and writes."""
     for inputs in (0x40, 0x41):  # SI(06), then SI(00)
         cell["Main.OutputArea[32]"] = inputs
         cell.run("150ms")
     for task in cell.robot.program.tasks:
         task.go(cell.now_us)
-    cell.robot.write_port("SO(77)", 0)  # the controller does not skip its next cycle
+    cell.robot.write_port("SO(77)", 0)  # the controller must not skip its next cycle
     return cell
 
 
@@ -134,7 +134,7 @@ def _started(cell: Cell) -> Cell:
             "N%=SIW(2)\nWAIT SI(20)=1",
             "robot program MAIN reads SIW(2) in line 1 while SI(20) is OFF",
         ),
-        (  # in each round of the loop, and reported once
+        (  # broken in each iteration, but reported once
             "*L:\nN%=SIW(2)\nIF SI(20)=0 THEN GOTO *L",
             "robot program MAIN reads SIW(2) in line 2 while SI(20) is OFF",
         ),
@@ -163,7 +163,7 @@ def test_the_robot_reads_the_data_while_the_strobe_is_on(
     ],
 )
 def test_the_robot_writes_the_data_before_its_strobe(folder: Path, program: str, said: str) -> None:
-    """Both orders come in the same cycle and packet: only the statements tell them apart."""
+    """Both orders come in the same cycle and packet. Only the statements show the difference."""
     with _started(_cell(folder, _TO_PLC, f"{program}\nWAIT SI(27)=1")) as cell:
         cell.scan(5)
         cell["Main.OutputArea[34]"] = 1
@@ -193,7 +193,7 @@ def test_a_standstill_is_reported_once_after_its_time(folder: Path) -> None:
     [
         (_STILL, "*L:\nSO(21)=1\nDELAY 200\nSO(21)=0\nDELAY 200\nGOTO *L"),  # it moves
         (_STILL, "HALT"),  # no program runs
-        (f'{_STILL}while = "Main.Strobe"\n', "WAIT SI(20)=1"),  # nothing is expected to move
+        (f'{_STILL}while = "Main.Strobe"\n', "WAIT SI(20)=1"),  # no movement is expected
     ],
 )
 def test_a_cell_that_moves_or_need_not_has_no_deadlock(
@@ -214,7 +214,7 @@ def test_a_program_that_polls_its_inputs_stands_still(folder: Path) -> None:
 
 
 def test_two_bits_that_the_plc_waits_for_are_told_together(folder: Path) -> None:
-    """The PLC answers SO(20) OFF together with SO(21) ON; either of them alone changes nothing."""
+    """The PLC waits for SO(20) OFF together with SO(21) ON. Either alone changes nothing."""
     (folder / "Wire.st").write_text(
         _PROGRAM.replace(
             "  Taken := Taken;",
@@ -249,7 +249,7 @@ END_PROGRAM
 
 
 def test_the_trial_of_the_plc_counts_for_no_other_rule(folder: Path) -> None:
-    """The calls of a block in a branch are counted at run time; those of the trial are not."""
+    """Calls in a branch are counted at run time. Those of the trial must not be counted."""
     (folder / "Wire.st").write_text(_IN_A_BRANCH, encoding="utf-8")
     with _cell(folder, _STILL, "WAIT SI(20)=1\nSO(21)=1") as cell:
         cell.run("2s")

@@ -1,4 +1,4 @@
-"""The mutants: their generation from a source, and the result killed or surviving."""
+"""Mutants are generated from a source, and are killed or survive."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ _PROGRAM = """PROGRAM Sample
   Block(Execute := TRUE);
 END_PROGRAM
 """
-#: A test that finds most mistakes in FC_Sample, but not that of equal words.
+#: A test that detects most mutants of FC_Sample, but not that of equal words.
 _TEST = """from pathlib import Path
 
 from structured_text.engines import build
@@ -175,7 +175,7 @@ def test_every_operator_makes_its_mistake_as_a_change_of_lines(house: Path) -> N
 
 
 def test_the_function_of_the_low_word_is_taken_for_that_of_the_high_one(house: Path) -> None:
-    """The mutation applies if both exist, whatever the rest of their names is."""
+    """Functions whose names differ only in Low and High are exchanged, if both exist."""
     area = house / "plc" / "lib" / "area"
     functions = "".join(
         f"FUNCTION FC_My{half}Word : WORD\n  VAR_INPUT Value : DWORD; END_VAR\n"
@@ -196,7 +196,7 @@ def test_a_mutant_is_correct_and_differs_from_the_original_and_from_all_others(h
     made = list(mutants.of(house / "plc" / "lib" / "area" / "FB_Sample.st"))
     assert len({one.text for one in made}) == len(made) > 60
     assert _BLOCK not in {one.text for one in made}
-    assert mutants.counted.refused > 0  # an index outside the array, for one
+    assert mutants.counted.refused > 0  # for example an index outside the array
     assert not any("Words[0]" in one.text or "Words[16]" in one.text for one in made)
 
 
@@ -255,7 +255,7 @@ def test_a_sample_has_each_operator_and_repeats_with_its_seed(house: Path) -> No
 
 @pytest.mark.parametrize("operator", ["relational", "default"])
 def test_a_mutant_is_put_into_a_compiled_program(house: Path, operator: str) -> None:
-    """A change in a body is made in place; a change in a declaration makes a new program."""
+    """A change in a body is made in place. A change in a declaration makes a new program."""
     workshop = Workshop()
     paths = [house / "tests/data/library/Sample.st", *sorted((house / "plc/lib").rglob("*.st"))]
     project = workshop.load(paths)

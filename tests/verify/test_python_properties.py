@@ -1,4 +1,4 @@
-"""Properties in Python: whatever the user's code does, a run is not green by it."""
+"""Properties in Python never give a green run by an error in the user's code."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def test_a_file_that_raises_is_bad_input_at_its_line(
     assert message in str(raised.value)
     assert str(raised.value).isprintable()
     assert raised.value.exit_code == 2
-    assert sys.exit is exits, "the command itself ends with it"
+    assert sys.exit is exits, "the command ends with this code"
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The lines of robot programs that a campaign has reached."""
+"""A campaign records the lines of robot programs that it has reached."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _PROGRAM = """PROGRAM Wire
   OutputArea[32] := OutputArea[32];
 END_PROGRAM
 """
-#: Without remote commands the servos stay off: the program needs none.
+#: Without remote commands the servos stay OFF, which this program does not need.
 _TEXT = """SO(20)=1
 *LOOP:
   IF SI(20)=0 THEN
@@ -30,7 +30,7 @@ HALT
 
 
 def _run(cell: Cell) -> None:
-    """Let the program run from its first line; SI(06) and SI(00) are ON."""
+    """Let the program run from its first line. SI(06) and SI(00) are ON."""
     for inputs in (0x40, 0x41):
         cell["Main.OutputArea[32]"] = inputs
         cell.run("150ms")
@@ -42,7 +42,7 @@ def _run(cell: Cell) -> None:
 
 
 def test_lines_are_recorded_also_behind_a_power_cycle(tmp_path: Path) -> None:
-    """First the branch of lines 3 and 4 is taken; behind the power cycle SI(20) is ON."""
+    """Before the power cycle, the branch of lines 3 and 4 is taken. After it, SI(20) is ON."""
     (tmp_path / "Wire.st").write_text(_PROGRAM, encoding="utf-8")
     config = RobotConfig(
         booted=True, boot_time=0, programs=(RobotProgram(name="MAIN", text=_TEXT),)

@@ -1,4 +1,4 @@
-"""The memory of the cells of a campaign: one cell at a time, however many there are."""
+"""A campaign has only one cell in memory at a time."""
 
 from __future__ import annotations
 
@@ -39,7 +39,10 @@ def test_a_cell_is_gone_when_the_next_one_begins(tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("by_hand")
 def test_older_objects_are_collected_after_the_cells(tmp_path: Path) -> None:
-    """A collection for each cell is cheap only as long as the rest of the process is left out."""
+    """Collecting after each cell is cheap because the rest of the process is excluded.
+
+    That rest is collected afterwards.
+    """
     cells = _cells(tmp_path)
     assert gc.get_freeze_count() > 0
     del cells
@@ -60,7 +63,7 @@ def test_older_objects_are_collected_after_the_cells(tmp_path: Path) -> None:
 def test_an_error_of_a_property_names_the_users_file(
     tmp_path: Path, name: str, text: str, shown: str
 ) -> None:
-    """A worker asks a copy, in a temporary folder that is gone by then.
+    """A worker uses a copy in a temporary folder, which is gone by then.
 
     Source: docs/how-to/campaign.md: exit code 2 on bad input
     """

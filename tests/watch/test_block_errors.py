@@ -1,4 +1,4 @@
-"""The errors that blocks have reported, as a run shows them at its end."""
+"""A run shows at its end the errors that blocks have reported."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Blocks that a program calls twice in a scan, for two robots, or leaves out: reported as it runs.
+"""A running program is warned of blocks that it calls twice, for two robots, or not at all.
 
 Source: docs/explanation/scan-model.md, one scan.
 """
@@ -19,7 +19,7 @@ WRITE = "WriteArea(Robot := Robot, Image := OutputArea);"
 ORIGIN = "Origin(Robot := Robot, Execute := Go);"
 POWER = "PowerUp(Robot := Robot, Execute := Go, StartProgram := FALSE);"
 
-TWICE = "was called 2 times in one scan; call it once: its time limits would end early, or never"
+TWICE = "was called 2 times in one scan; call it once, because otherwise its time limits are wrong"
 TWO = "was called for two robots; declare an instance for each"
 SKIPPED = (
     "was not called though it is busy: it loses its turn (16#8013); "
@@ -62,7 +62,7 @@ END_TYPE
 
 @pytest.fixture
 def build(build_cell: Callable[..., Cell], tmp_path: Path) -> Build:
-    """Return a cell whose program has this body, after two scans; its engine sees calls."""
+    """Return a cell after two scans of a program with this body. Its engine reports calls."""
 
     def built(body: str) -> Cell:
         file = tmp_path / "program.st"
@@ -82,7 +82,7 @@ def told(cell: Cell) -> list[str]:
 
 
 def test_calls_as_they_should_be_are_not_reported(build: Build) -> None:
-    """Calls whose order or number depends on conditions are not reported either."""
+    """Calls in an order or number that depends on conditions are not reported either."""
     cell = build(
         f"{READ} IF Gate THEN {ORIGIN} ELSE {ORIGIN} END_IF; {POWER}\n"
         f"Station(Robot := Robots[k], Go := Go); {WRITE}"
@@ -127,7 +127,7 @@ def test_three_calls_are_counted(build: Build) -> None:
     ],
 )
 def test_areas_that_are_taken_twice_are_reported(build: Build, body: str, text: str) -> None:
-    """Elapsed would be 0, or data and code would go out in one scan."""
+    """A second call of an area block is reported, because Elapsed or a command would be wrong."""
     assert told(build(body)) == [text]
 
 
@@ -154,7 +154,7 @@ def test_a_block_that_is_left_out_while_it_is_busy_is_reported(build: Build) -> 
     cell = build(f"{READ} IF NOT Gate THEN {ORIGIN} END_IF; {WRITE}")
     cell["Main.Gate"] = True
     cell.scan(2)
-    assert told(cell) == [], "it is not busy"
+    assert told(cell) == [], "the block is not Busy"
     cell["Main.Gate"], cell["Main.Go"] = False, True
     cell.run_until(lambda: cell["Main.Connected"], within="5s")
     cell.run_until(lambda: cell["Main.Origin.Error"], within="1s")
@@ -193,7 +193,7 @@ def test_blocks_inside_a_block_of_the_user_are_watched_each_by_itself(build: Bui
 
 
 def test_blocks_inside_blocks_of_the_library_are_not_judged(build: Build) -> None:
-    """FB_PowerUp calls its parts as it needs them."""
+    """FB_PowerUp calls its parts when it needs them."""
     cell = build(f"{READ} {POWER} IF Gate THEN {ORIGIN} END_IF; {WRITE}")
     cell["Main.Go"] = True
     cell.run("1s")

@@ -1,4 +1,4 @@
-"""Calls of a robot's blocks, checked from the source: each kind of misuse alone."""
+"""The source is checked for each kind of misuse of a robot's blocks."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ GATE = "IF Gate THEN {} END_IF;"
 STATIONS = "Station(Robot := Robot);"
 RECORD = "Recorder(Robot := Robot);"
 IF_GATE, IF_GO = "IF Gate THEN", "IF Go THEN"
-#: What findings say; `@2` is line 2 of the body.
+#: Texts of findings, in which `@2` is line 2 of the body.
 SECOND = "is called a second time in a scan (first in line"
 LOOPED = "Step1 is called inside a loop; "
 GATED = "Step1 is called only under a condition: "
@@ -177,7 +177,7 @@ def test_legal_calls_are_not_reported(check: Check, body: tuple[str, ...]) -> No
             (READ, WRITE, "Halt(Robot := Robot, Execute := Go);"),
             [
                 f"3: Halt is called after WriteArea in line @2: {ENDS}"
-                "(Called out of place), though its stop acts; "
+                "(Called out of place), although it stops the robot; "
             ],
         ),
         (
@@ -272,7 +272,7 @@ def test_only_what_the_source_leaves_open_is_watched(
 
 
 def test_the_plan_depends_on_which_files_are_the_users(tmp_path: Path) -> None:
-    """Those of the library are not judged, though they are the same files."""
+    """Files of the library are not checked, even if they are the same files."""
     file = _write(tmp_path, (READ, MOVE, MOVE, WRITE))
     library = sorted(LIBRARY.rglob("*.st"))
     assert call_plan([file], library).blocks

@@ -1,4 +1,4 @@
-"""The contract of the blocks, broken on purpose in every way."""
+"""Tests break the contract of the blocks in every way, and the monitor reports it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def of_program(build_cell: Build, repository: Path, tmp_path: Path) -> Callable[
 
 @pytest.fixture
 def cell(of_program: Callable[[str], Cell]) -> Cell:
-    """Return a cell whose program calls blocks."""
+    """Return a cell with a program that calls blocks."""
     return of_program("Contract.st")
 
 
@@ -88,7 +88,7 @@ def test_each_broken_clause_is_reported(cell: Cell, fault: int, finding: str) ->
 
 
 def test_a_block_that_is_not_called_is_not_blamed(cell: Cell) -> None:
-    """Execute is true, no output moves: the call may have been skipped."""
+    """Execute is TRUE and no output moves, so the call may have been skipped."""
     cell["Main.Gated.Execute"] = True
     cell.scan(10)
     assert not cell.violations
@@ -197,7 +197,7 @@ def test_the_monitor_sees_the_work_inside_the_blocks_of_the_library(
 
 
 class _Pins:
-    """A program with one block, whose pins the test sets: Execute, Busy, Done, Error."""
+    """A program with one block. The test sets its pins: Execute, Busy, Done, Error."""
 
     def __init__(self) -> None:
         self.values = (False, False, False, False)
@@ -220,7 +220,7 @@ class _Pins:
 
 
 def test_an_end_that_a_restore_brings_back_may_not_stand_on() -> None:
-    """Checks made after the snapshot are discarded, including that the pins were at rest."""
+    """Checks made after the snapshot are discarded, such as the one that the pins were idle."""
     pins = _Pins()
     assert pins.scan(True, False, True, False) == []
     assert pins.scan(False, False, True, False) == []
@@ -232,7 +232,7 @@ def test_an_end_that_a_restore_brings_back_may_not_stand_on() -> None:
 
 
 def test_pins_that_were_at_rest_before_a_restore_are_judged_after_it() -> None:
-    """After the restore the pins come to rest directly from Busy, without an end."""
+    """After the restore, the pins go from Busy directly to idle, without an end."""
     pins = _Pins()
     assert pins.scan(True, True, False, False) == []
     kept: Any = pins.monitor.snapshot()

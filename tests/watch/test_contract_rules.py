@@ -1,9 +1,9 @@
-"""Each clause of the blocks' contract by itself: pins that break it alone, and legal neighbours.
+"""Each clause of the blocks' contract is broken alone, and its legal neighbours pass.
 
-A made-up program shows the monitor the pins of one block, scan by scan. What is expected was worked
-out by hand from the contract: exactly one of Busy, Done, Error (CommandAborted) while Execute is
-TRUE, Active only with Busy, an end for exactly one scan after Execute has fallen, ErrorID exactly
-with Error.
+An artificial program shows the monitor the pins of one block, scan by scan. Expected results are by
+hand from the contract: exactly one of Busy, Done, Error (CommandAborted) while Execute is TRUE,
+Active only with Busy, an end for exactly one scan after Execute has fallen, ErrorID exactly with
+Error.
 """
 
 from __future__ import annotations
@@ -164,7 +164,7 @@ def test_clauses_about_enable_need_a_certain_call(scans: str) -> None:
 
 
 def test_a_block_in_a_block_may_be_called_twice_where_its_call_is_not_certain() -> None:
-    """Its end may pass within one scan. This does not apply to a block of a program."""
+    """The end of an inner block may pass within one scan, but not that of a program's block."""
     assert judge("- XB B -", steady=False, inner=True) == []
     assert judge("- XB B -", steady=False) == [(3, FELL)]
 
@@ -212,7 +212,7 @@ def test_a_block_without_some_pins_is_judged_by_those_it_has() -> None:
     short = "Execute Done Busy Error"
     assert judge("- XB XE E -", short) == []
     assert judge("- XB XDE -", short) == [(2, f"Done and Error {TOGETHER}")]
-    assert judge("- E E -", "Error") == [], "no ErrorID: that may be any block"
+    assert judge("- E E -", "Error") == [], "without ErrorID, any block may be meant"
 
 
 def test_a_block_that_another_only_refers_to_is_judged_where_it_is_declared() -> None:

@@ -1,6 +1,6 @@
-"""The commonest first mistakes of a program: each is a warning with its line, and nothing else is.
+"""The most common first mistakes in a program give a warning with its line; correct code does not.
 
-Most cases run on a library of stubs: the pins are those of plc/lib, the bodies are empty.
+Most cases use a library of stubs, with the pins of plc/lib and empty bodies.
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ def check(tmp_path: Path) -> Check:
     [
         (READ, SERVO, MOVE, WRITE),
         (READ, SERVO, MOVE.replace("Go", "Servo.Done"), WRITE),
-        (READ, BIT),  # it only listens
+        (READ, BIT),  # it only reads
         (READ, "Ask(Robot := Robot, Execute := Go);", WRITE.split(", Em")[0] + ");"),
         (
             "ReadArea.Connected := Connected;",
@@ -131,9 +131,9 @@ def check(tmp_path: Path) -> Check:
         ),
         (STATIONS, WRITE),
         (of(READ, "Cell.Robot"), of(MOVE, "CELL.ROBOT"), of(WRITE, "Cell.robot")),
-        # An index that the program chooses: it may be any robot.
+        # The program chooses an index, which may be that of any robot.
         ("k := 1;", of(READ, "Robots[k]"), of(MOVE, "Robots[2]"), of(WRITE, "Robots[k]")),
-        # A copy of a robot: whose requests go out is not settled.
+        # With a copy of a robot, it is unknown which requests are sent.
         (READ, "Other := Robot;", of(MOVE, "Other"), "Robot := Other;", WRITE),
         ("IF Go THEN", READ, "END_IF;", MOVE, WRITE),
         ("Go := Connected;",),
@@ -166,7 +166,7 @@ def test_a_program_that_works_is_not_warned(check: Check, body: tuple[str, ...])
             (READ, of(MOVE, "Other"), SERVO, WRITE),
             [
                 "2: Move is called for Other, but neither FB_ReadArea nor FB_WriteArea is: "
-                "its blocks see no controller and nothing goes out; "
+                "its blocks receive nothing and nothing goes out; "
             ],
         ),
         (
@@ -183,7 +183,7 @@ def test_a_program_that_works_is_not_warned(check: Check, body: tuple[str, ...])
         (
             (READ.replace(", Connected := Connected", ""), MOVE, WRITE),
             [
-                f"1: {NOT_WIRED}nothing that the controller sends is believed, and every block of "
+                f"1: {NOT_WIRED}the data from the controller is ignored, and every block of "
                 "Robot ends in error 16#8001 (Not connected); "
             ],
         ),
@@ -215,8 +215,8 @@ def test_a_program_that_works_is_not_warned(check: Check, body: tuple[str, ...])
             (READ, "Copied(Robot := Robot, Go := Go);", WRITE),
             [
                 "VAR_INPUT Robot : RCX_REF; Go : BOOL; END_VAR: "
-                "Robot is a VAR_INPUT, so FB_Copy works on a copy of the robot: what its "
-                "blocks ask for never reaches FB_WriteArea; declare it in VAR_IN_OUT"
+                "Robot is a VAR_INPUT, so FB_Copy works on a copy of the robot: the "
+                "requests of its blocks never reach FB_WriteArea; declare it in VAR_IN_OUT"
             ],
         ),
         (
@@ -267,7 +267,7 @@ READ_OPEN = "ReadArea(Robot := Robot, Image := InputArea);"
 IN_OUTS = "VAR_IN_OUT Robot : RCX_REF; InputArea : RCX_IMAGE; END_VAR"
 INNER = f"FUNCTION_BLOCK FB_In {IN_OUTS} VAR_INPUT Connected : BOOL; END_VAR"
 INNER += f" VAR ReadArea : FB_ReadArea; END_VAR {READ} END_FUNCTION_BLOCK\n"
-#: Whole programs whose source says less, or says it in the language of other tools.
+#: Whole programs with less information in their source, or in the language of other tools.
 OTHERS = {
     "a pointer": f"PROGRAM Main {OWN} VAR P : POINTER TO RCX_REF; END_VAR P := ADR(Robot);"
     f"{of(READ, 'P^')} {MOVE} {of(WRITE, 'P^')} END_PROGRAM",

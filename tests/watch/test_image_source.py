@@ -1,6 +1,6 @@
-"""A program and its own process image: which variables the cell fills, and what is warned of.
+"""A cell finds the variables for a program's own process image, and warns of mistakes.
 
-The blocks and types of the library are stood for by the few lines that matter here.
+A few lines replace the blocks and types of the library.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ END_FUNCTION_BLOCK
 
 
 class Way(NamedTuple):
-    """A way from what the scanner fills to FB_ReadArea."""
+    """A way of the data from the scanner to FB_ReadArea."""
 
     variables: str
     body: str = ""
@@ -174,7 +174,7 @@ def _cell(build_cell: Build, folder: Path, way: Way) -> Cell:
 def test_the_robots_image_is_read_whatever_the_variables_are_called(
     build_cell: Build, tmp_path: Path, way: Way
 ) -> None:
-    """SO(01) CPU_OK is bit 1 of byte 32; the command's code is in bytes 0 and 1.
+    """SO(01) CPU_OK is bit 1 of byte 32, and the command's code is in bytes 0 and 1.
 
     Source: manual chapter 5, 1 and 2
     """

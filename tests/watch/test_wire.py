@@ -1,4 +1,4 @@
-"""Every rule of the wire, broken on purpose by a program that writes the area itself."""
+"""A program that writes the area itself breaks every rule of the wire."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rcx_harness import Cell, RobotConfig
 from rcx_harness.watch.wire import WireMonitor
 
 Build = Callable[..., Cell]
-#: Variables of the program to set, and how long to run then.
+#: Variables of the program to set, and the time to run after that.
 Steps = list[tuple[dict[str, int], str]]
 
 #: SI(00), SI(01), SI(06) in byte n+32; SI(15) in byte n+33.
@@ -159,7 +159,7 @@ def test_a_continuous_output_may_be_ended_by_the_status_reset(cell: Cell) -> Non
 
 
 def test_writes_without_a_link_are_not_judged(cell: Cell) -> None:
-    """After recovery the first image is taken as it is."""
+    """After recovery, the first image is accepted as it is."""
     cell["Main.Bits0"] = SI00
     cell.run("100ms")
     cell.inject("link_down")
@@ -174,7 +174,7 @@ def test_writes_without_a_link_are_not_judged(cell: Cell) -> None:
 
 
 def test_a_code_from_before_the_loss_of_the_link_is_not_judged_after_it() -> None:
-    """It is unknown whether the controller has seen the code, and with which result."""
+    """A code from before a loss is not checked: the controller may have executed it or not."""
     ready, rest = bytearray(48), bytes(48)
     ready[32] = 0x02  # SO(01)
     move = MOVE.to_bytes(2, "little") + bytes(46)

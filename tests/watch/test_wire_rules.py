@@ -1,7 +1,7 @@
-"""Each rule of the wire by itself: a trace that breaks it alone, and its legal neighbour.
+"""Each rule of the wire is broken by a trace alone, and its legal neighbour passes.
 
-The traces are scans as a PLC reads and writes them; what is expected was worked out by hand from
-the manual: chapter 5, 1 to 3 (dedicated inputs), guide chapter 1, 1.1 and 1.2 (remote commands).
+The traces are scans as a PLC reads and writes them. Expected results are by hand from the manual:
+chapter 5, 1 to 3 (dedicated inputs), guide chapter 1, 1.1 and 1.2 (remote commands).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ MS = 1000
 
 
 class Scan(NamedTuple):
-    """What a scan reads and writes; areas are zero but for this.
+    """The data that a scan reads and writes. All other bytes of the areas are zero.
 
     Attributes:
         ms: Time.
@@ -42,7 +42,10 @@ class Scan(NamedTuple):
 
 
 def judge(*scans: Scan, size: int = 48) -> list[str]:
-    """Return the monitor's reports as `ms rule: text`; the PLC has been connected for a while."""
+    """Return the monitor's reports as `ms rule: text`.
+
+    The PLC has been connected for a while.
+    """
     monitor = WireMonitor(size)
     return play(monitor, *scans, size=size)
 
@@ -119,7 +122,7 @@ def test_changes_100_ms_apart_break_nothing(changes: tuple[tuple[float, int], ..
 
 @pytest.mark.parametrize("safety", [SI00, SI06])
 def test_a_safety_switch_off_is_free_but_restarts_the_interval(safety: int) -> None:
-    """110 ms after the last change of its own, but 60 ms after the switch-off.
+    """The time is 110 ms after its own last change, but 60 ms after the switch-off.
 
     Source: manual chapter 5, 3, caution: also between different dedicated inputs.
     """
@@ -150,12 +153,12 @@ def test_no_interval_runs_through_a_lost_link() -> None:
 # --- start against stop ------------------------------------------------------------------------
 
 STARTS = {"SI(12)": SI12, "SI(14)": SI14, "SI(17)": SI17}
-WAIT = "wait until no stop is asked for"
+WAIT = "wait until no stop is requested"
 
 
 @pytest.mark.parametrize(("name", "bit"), STARTS.items())
 def test_a_start_while_a_stop_input_is_off_is_a_rule_of_its_own(name: str, bit: int) -> None:
-    """The stop was requested long ago, or in the scan of the start itself.
+    """The stop was requested long before, or in the scan of the start itself.
 
     Source: manual chapter 5, 3.2: not executed if emergency stop or stop input are OFF.
     """
@@ -205,7 +208,7 @@ def test_a_stop_after_a_start_and_a_start_that_stays_are_no_starts_against_it() 
     ("byte", "bit"), [(32, 2), (32, 3), (32, 4), (32, 5), (32, 7), (33, 1), (33, 3)]
 )
 def test_each_reserved_bit_is_reported_when_it_comes_on(byte: int, bit: int) -> None:
-    """The bit does not count for an interval, and clearing it breaks no rule.
+    """The bit does not count for an interval. Clearing it breaks no rule.
 
     Source: manual chapter 5, 1, note 1.
     """
@@ -274,7 +277,7 @@ def test_code_and_data_are_held_until_the_end(status: int) -> None:
 
 @pytest.mark.parametrize("end", [END, FAILED])
 def test_after_its_end_a_command_may_go_in_that_scan_or_later(end: int) -> None:
-    """The next status may differ already; each end counts once."""
+    """The next status may already differ. Each end counts once."""
     out = (Scan(0), Scan(10, code=0x0101), Scan(20, code=0x0101, status=RUN))
     assert judge(*out, Scan(30, status=end)) == []
     held = Scan(30, code=0x0101, status=end)
@@ -288,7 +291,7 @@ def test_after_its_end_a_command_may_go_in_that_scan_or_later(end: int) -> None:
 
 
 def test_a_command_that_is_taken_back_before_its_end_is_not_counted() -> None:
-    """This also holds if its end is read while no code is shown."""
+    """A withdrawn command is not counted, even if its end is read without a code."""
     monitor = WireMonitor()
     out = (Scan(0), Scan(10, code=0x0101), Scan(20, code=0x0101, status=RUN))
     play(monitor, *out, Scan(30, status=RUN), Scan(40, status=END), Scan(50))
@@ -297,7 +300,7 @@ def test_a_command_that_is_taken_back_before_its_end_is_not_counted() -> None:
 
 @pytest.mark.parametrize("status", [READY, RUN])
 def test_the_end_of_the_command_before_does_not_free_the_next(status: int) -> None:
-    """It has no effect either that the earlier command was still running."""
+    """The end of an earlier command, even a running one, does not end the hold of the next."""
     before = (Scan(0), Scan(10, code=0x0101), Scan(15, code=0x0101, status=status))
     after = (*before, Scan(20, status=END), Scan(30), Scan(40, code=0x0102))
     assert judge(*after, Scan(50)) == [
@@ -307,7 +310,7 @@ def test_the_end_of_the_command_before_does_not_free_the_next(status: int) -> No
 
 
 def test_a_command_that_is_lost_may_be_taken_back() -> None:
-    """CPU_OK went OFF, or 0x0100 became 0x0000.
+    """CPU_OK turned OFF, or 0x0100 became 0x0000.
 
     Source: guide chapter 1, 1.2.
     """
@@ -344,7 +347,7 @@ def test_a_code_goes_out_at_the_status_0000_only(status: int) -> None:
 def test_a_code_that_follows_another_without_the_reset_is_not_ready(
     data: dict[int, int] | None,
 ) -> None:
-    """Code and data may change after the end; the error is the code without the reset.
+    """Code and data may change after the end. The error is that the code was not reset.
 
     Source: guide chapter 2, steps 5 and 6.
     """

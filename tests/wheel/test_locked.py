@@ -1,4 +1,4 @@
-"""requirements/ locks what `make` installs: each version, by its hashes, for each Python."""
+"""requirements/ locks the packages that `make` installs: versions and hashes for each Python."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def _pins(file: Path, python: str) -> dict[str, str]:
 
 
 def _asked(pyproject: dict[str, Any], extra: str = "dev") -> list[Requirement]:
-    """Return what the package needs to be built, to run, and for an extra."""
+    """Return the requirements of the package: to build it, to run it, and for an extra."""
     project = pyproject["project"]
     asked = [*pyproject["build-system"]["requires"], *project["dependencies"]]
     extras = [extra]
@@ -63,7 +63,7 @@ def test_every_entry_is_one_version_with_its_hashes_and_names_no_index(
 
 @pytest.mark.parametrize("python", _PYTHONS)
 def test_the_lock_is_that_of_the_pyproject(repository: Path, python: str) -> None:
-    """A dependency that is new or has another range: run `make lock`."""
+    """If a dependency is new or has another range, run `make lock`."""
     pins = _pins(repository / "requirements/dev.txt", python)
     environment = {"python_version": python, "python_full_version": f"{python}.9"}
     for one in _asked(load_toml(repository / "pyproject.toml")):

@@ -1,7 +1,7 @@
-"""The wheel brings all that a user without the repository needs.
+"""The wheel contains everything that a user without the repository needs.
 
-By default it is built and unpacked beside what is installed already; with `pytest -m external` it
-is installed by pip into an empty environment, which needs a package index and some minutes.
+By default it is built and unpacked beside the installed packages. With `pytest -m external`, pip
+installs it into an empty environment, which needs a package index and some minutes.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ def test_without_the_repository_the_demo_ends_as_in_the_readme(
     with ZipFile(wheel) as archive:
         archive.extractall(site)
     environment = _own(dict(os.environ)) | {"PYTHONPATH": str(site), "PYTHONUTF8": "1"}
-    environment |= {"PATH": "", "COLUMNS": "100"}  # as in the README: no other engine, and so wide
+    environment |= {"PATH": "", "COLUMNS": "100"}  # as in the README: no other engine, this width
     printed = _call([sys.executable, "-m", "rcx_harness", "demo"], tmp_path, environment)
     last = "".join(printed.splitlines(keepends=True)[-3:])
     assert f"-->\n```text\n{last}```\n" in (repository / "README.md").read_text(encoding="utf-8")

@@ -1,1 +1,1 @@
-"""The room of `rcx bridge`: it connects a Modbus TCP PLC to an EtherNet/IP controller."""
+"""The bridge of `rcx bridge`: it connects a PLC with Modbus TCP and an EtherNet/IP controller."""

@@ -1,10 +1,10 @@
 """The decisions of the bridge, as a function of its two sides; no sockets, no clock.
 
-The PLC's words reach the robot only while both sides are there. After any loss they reach it only
-once the PLC has shown that it has noticed the loss. Until then the robot receives zeros: SI(00) and
-SI(06) OFF stop the robot as a lost connection does (manual chapter 1, 5), but within one packet,
-and the connection that shows the robot's state stays open. The words lie in the PLC's holding
-registers.
+The PLC's words are sent to the robot only while both sides are connected. After any loss they are
+sent again only after the PLC has shown that it has noticed the loss. Until then the robot receives
+zeros: SI(00) and SI(06) OFF stop the robot like a lost connection (manual chapter 1, 5), but within
+one packet, and the connection stays open and shows the robot's state. The words are in the PLC's
+holding registers.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ __all__ = [
 
 _LAST = 0xFFFF
 _AT_ONCE = 120
-"""Registers of one request: Modbus allows 125 to be read and 123 to be written. Even, so that no
-double word of the area is cut in two."""
+"""Registers per request: Modbus allows 125 to be read and 123 to be written. The number is even, so
+that no double word of the area is divided."""
 
 
 def words_of(area: bytes) -> tuple[int, ...]:
@@ -87,7 +87,7 @@ class Registers:
         return self.size // 2
 
     def text(self, first: int) -> str:
-        """Return `0 to 24`: the registers of an area and the register that follows it."""
+        """Return `0 to 24`: the registers of an area, with the register that follows."""
         return f"{first} to {first + self.words}"
 
     def parts(self, first: int) -> Iterator[tuple[int, int]]:
@@ -105,7 +105,7 @@ _CODE, _DEDICATED = 0, 16
 """Words that the PLC must have cleared: the remote command's code, and SI(00) to SI(17)."""
 _LAST_LIFE = 0xFFFF
 _SCANS = 2
-"""Heartbeats after which a whole scan of the PLC has seen what was written."""
+"""Number of heartbeats after which a whole scan of the PLC has read the written data."""
 
 
 class State(str, Enum):
@@ -123,7 +123,7 @@ class Limits:
     """The time limits of the bridge, in microseconds.
 
     Attributes:
-        gap_us: Longest time from a request to the answer of the next one; more is a loss of the
+        gap_us: Longest time from a request to the answer of the next request; more is a loss of the
             PLC.
         beat_us: Longest time without a change of the PLC's heartbeat; 0: there is no heartbeat.
         hold_us: Shortest time for which the PLC receives life word 0 after a loss.
@@ -161,8 +161,8 @@ class Actions:
     Attributes:
         to_robot: Assembly 150 for the next packet.
         to_plc: The area from the robot, as words.
-        life: The word that follows it: 0 while the PLC must regard its robot as not connected, else
-            a number from 1 to 65535 that changes each time.
+        life: The word that follows `to_plc`: 0 while the PLC must regard its robot as not
+            connected, else a number from 1 to 65535 that changes each time.
         reason: The reason in words; empty while the bridge runs.
     """
 
@@ -179,7 +179,7 @@ class Bridge:
     The handshake after a loss has three parts. First the PLC receives life word 0 and zeros for at
     least `hold_us`. Then its heartbeat, if it has one, must change twice, which proves that
     a whole scan of its program has run since it accepted the zeros. Last, it must have cleared the
-    remote command and the dedicated inputs. Only then the bridge runs. Otherwise a command from
+    remote command and the dedicated inputs. Only then does the bridge run, because a command from
     before the loss would start the robot again.
     """
 
@@ -193,7 +193,7 @@ class Bridge:
         self._beat_us = 0
         self._beats = 0
         self._zero_us: int | None = None
-        """Since when the PLC has had the news that it is not connected."""
+        """Time since which the PLC has known that it is not connected."""
 
     def step(self, now_us: int, plc: PlcSeen | Lost, robot: bytes | Lost) -> Actions:
         """Evaluate both sides once and return the outputs.
@@ -215,13 +215,13 @@ class Bridge:
     def _watch_plc(self, now_us: int, plc: PlcSeen | Lost) -> None:
         """Track the PLC's heartbeat, and the time since which it has held zeros.
 
-        The first answer after a loss counts for nothing, since the bridge has not written yet. The
-        next answer proves that the zeros were accepted; heartbeats are counted from there.
+        The first answer after a loss is ignored, because the bridge has not written yet. The next
+        answer proves that the zeros were accepted; heartbeats are counted from there.
         """
         if isinstance(plc, Lost):
             self._beat = self._zero_us = None
             return
-        if self._beat is None:  # first answer: its old registers are unknown
+        if self._beat is None:  # first answer: the registers before it are unknown
             self._beat, self._beat_us = plc.beat, now_us
             return
         if self._zero_us is None and self._state is not State.RUN:
@@ -256,7 +256,7 @@ class Bridge:
         return self._clearing(now_us, plc)
 
     def _clearing(self, now_us: int, plc: PlcSeen) -> tuple[State, str]:
-        """Check whether the PLC has seen the loss and holds no command any more."""
+        """Check whether the PLC has noticed the loss and has cleared its commands."""
         if self._zero_us is None or now_us - self._zero_us < self._limits.hold_us:
             return State.CLEARING, "it is being informed that there was no connection"
         if self._limits.beat_us and self._beats < _SCANS:

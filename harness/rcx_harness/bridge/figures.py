@@ -19,8 +19,8 @@ class Rate:
     """The statistics of the last exchanges, 1,000 at most.
 
     Attributes:
-        per_second: Exchanges a second; 0 with fewer than two.
-        median_us: Median of the round trips (read and write), in microseconds; 0 without any.
+        per_second: Exchanges per second; 0 if there are fewer than two.
+        median_us: Median of the round trips (read and write), in microseconds; 0: no exchange yet.
         p99_us: 99 % of the round trips took at most this long.
         max_us: The longest round trip.
         age_us: Time since the last answer; None before the first.
@@ -34,7 +34,7 @@ class Rate:
 
 
 class Figures:
-    """A collection of exchanges; one thread may add while another one reads."""
+    """A collection of exchanges; a thread may add while another thread reads."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -63,7 +63,7 @@ class Figures:
 
 
 _LONG_US = 1_000_000
-"""After this time without anything new, rates are those of another time."""
+"""After this time without exchanges, the rates are outdated and are not shown [us]."""
 
 
 def state_text(state: State, reason: str) -> str:

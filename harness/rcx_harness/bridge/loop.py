@@ -23,8 +23,8 @@ __all__ = ["Loop", "RobotLink"]
 
 _RETRY_US = 500_000
 _VALID_GAPS = 2
-"""The robot's packets end after so many of the longest gaps without anything new: the bridge's
-own process stands still, and nobody knows what the PLC wants."""
+"""Number of longest gaps without new data after which the robot's packets end: the bridge's process
+hangs, so the outputs of the PLC are unknown."""
 
 
 class RobotLink(PersistentConnection):
@@ -42,7 +42,7 @@ class Loop:
     A call blocks only until the PLC answers.
 
     Args:
-        on_state: Called at each change of state, with its reason.
+        on_state: Function that is called at each change of state, with its reason.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class Loop:
         plc = self._look_at_plc(asked_us)
         actions = self._bridge.step(self._clock_us(), plc, self._robot.read())
         # Zeros are safe and stay valid. The PLC's words expire, so that the robot stops if this
-        # process does.
+        # process hangs.
         valid_us = self._valid_us if actions.state is State.RUN else None
         self._robot.write(actions.to_robot, valid_us)
         self._tell(actions)
@@ -87,7 +87,7 @@ class Loop:
         return actions
 
     def end(self) -> None:
-        """Write zeros to both sides, as far as they can be reached."""
+        """Write zeros to each side that can be reached."""
         nothing = (0,) * (self._words + 1)
         self._robot.write(area_of(nothing[:-1]), None)
         if self._plc.connected:
@@ -125,5 +125,5 @@ class Loop:
             self._on_state(actions.state, actions.reason)
 
 
-#: States in which a new reason is reported. In the others the reason only contains a counter.
+#: States in which a new reason is reported; in the other states only a counter in it changes.
 _REASONS_COUNT = (State.NO_PLC, State.NO_ROBOT, State.CLEARING)

@@ -25,12 +25,12 @@ _EXCEPTIONS = {
 }
 _NO_SUCH_REGISTER = 2
 
-# This module reports errors itself, once and in words.
+# The log of the library is switched off, because this module reports errors itself.
 logging.getLogger("pymodbus").setLevel(logging.CRITICAL + 1)
 
 
 class PlcError(Exception):
-    """Error if the PLC cannot be reached, does not answer, or refuses a request."""
+    """The error if the PLC cannot be reached, does not answer, or refuses a request."""
 
 
 class PlcLink:
@@ -67,7 +67,7 @@ class PlcLink:
         return self._client.connected
 
     def connect(self) -> None:
-        """Connect, unless there is a connection."""
+        """Connect if there is no connection."""
         if self.connected:
             return
         try:

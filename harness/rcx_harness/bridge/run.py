@@ -1,4 +1,4 @@
-"""The program of `rcx bridge`: connect both sides, exchange, show, leave both with zeros."""
+"""The course of `rcx bridge`: connect both sides, exchange data, show the state, end with zeros."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class BridgeOptions:
 
 
 class Running(Closing):
-    """A running bridge: one thread exchanges, another one reopens the robot's connection.
+    """A running bridge: a thread exchanges data, and another thread reopens the robot's connection.
 
     Attributes:
         news: Changes of state: monotonic time in seconds, state, reason; `None` if one of the
@@ -112,7 +112,7 @@ class Running(Closing):
         self.robot.close()
 
     def _first_contact(self) -> None:
-        """Connect both sides once, and raise InputError if that fails; with `wait` ignore it."""
+        """Connect both sides once; raise InputError if that fails, except with `wait`."""
         try:
             self._plc.connect()
             self._plc.read()
@@ -139,7 +139,7 @@ class Running(Closing):
         try:
             while not self._stop.is_set():
                 self.loop.turn()
-                # If an exchange is late by more than a period, skip the missed ones and avoid a
+                # If an exchange is late by more than a period, skip the missed exchanges to avoid a
                 # burst.
                 due_s = max(due_s + period_s, time.perf_counter() - period_s)
                 self._stop.wait(max(0.0, due_s - time.perf_counter()))
@@ -178,7 +178,7 @@ def _announce(options: BridgeOptions) -> None:
 
 
 def _show(running: Running, stop: threading.Event, options: BridgeOptions) -> bool:
-    """Show the state until `stop` is set; return true if a thread has ended by itself before."""
+    """Show the state until `stop` is set; return whether a thread has ended by itself before."""
     console = Console()
     start_s = shown_s = running.start_s
     live = console.is_terminal and not options.quiet

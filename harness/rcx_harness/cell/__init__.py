@@ -13,7 +13,7 @@ __all__ = ["EVENTS", "Cell", "CellTimeout"]
 def __getattr__(name: str) -> Any:
     """Import a public name on first use.
 
-    Callers that only look for sources do not need the robot, so they do not load it.
+    Callers that only collect sources do not need the robot, so they do not load it.
     """
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 #: Largest offset in a process image.
 _LAST_BYTE = 0xFFFFFF
 
-#: Properties of a robot, or a robot file; or a sequence of these.
+#: Properties of a robot, a robot file, or a sequence of these.
 Robots = RobotConfig | str | Path | None | Sequence[RobotConfig | str | Path]
 #: Offset of the robot's area in bytes; or the offsets of several robots.
 Areas = int | Sequence[int]
@@ -53,7 +53,7 @@ def make_robot(
 
 
 def several(robots: Robots) -> Sequence[RobotConfig | str | Path | None]:
-    """Return the robots as a sequence, also if only one robot is given."""
+    """Return the robots as a sequence, even if only one robot is given."""
     if robots is None or isinstance(robots, (RobotConfig, str, Path)):
         return [robots]
     return robots
@@ -101,7 +101,7 @@ def make_members(
 
 
 def _begins(name: str, given: Areas, sizes: Sequence[int]) -> list[int]:
-    """Return where each robot's area begins; areas that are not given follow the previous area."""
+    """Return the offset of each robot's area; an area without a given offset follows the last."""
     begins = list(given) or [0] if isinstance(given, Sequence) else [given]
     for begin in begins:
         whole(name, begin, -_LAST_BYTE, _LAST_BYTE)  # find_image refuses negative offsets
@@ -119,7 +119,7 @@ def _begins(name: str, given: Areas, sizes: Sequence[int]) -> list[int]:
 
 
 def make_agenda(link: str, connect: Elsewhere | None = None) -> Agenda:
-    """Return the agenda of a cell; it runs in real time if the packets of the link do."""
+    """Return the agenda of a cell; if the link runs in real time, the agenda does, too."""
     if link != "enip-realtime" and connect is None:
         return Agenda()
     from rcx_harness.cell.live import RealTimeAgenda
@@ -132,7 +132,8 @@ def make_link(name: str, size: int, timing: Timing) -> Link:
     if name == "direct":
         return DirectLink(size)
     if name == "enip":
-        from rcx_harness.enip.links import LockstepLink  # import the network only if it is used
+        # the network is imported only if it is used
+        from rcx_harness.enip.links import LockstepLink
 
         return LockstepLink(size)
     if name == "enip-realtime":

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 #: Events for `Cell.inject` and for a stimulus, each with a line of help.
 EVENTS: dict[str, str] = {**SURROUNDINGS, **ROBOT_EVENTS}
 
-#: The largest seed of a command, and of the last of its storms.
+#: The largest seed of a command, and the largest seed of its last storm.
 _SEED = 2**64
 
 
@@ -55,7 +55,7 @@ class CellTimeout(BenchTimeout):
 
 
 def _keep() -> None:
-    """Leave a program alone that the caller has compiled: it outlives the cell."""
+    """Do nothing: the caller has compiled the program and may use it after the cell."""
 
 
 class _Snapshot(NamedTuple):
@@ -65,7 +65,7 @@ class _Snapshot(NamedTuple):
 
 
 class Cell(Bench):
-    """A PLC program and a virtual controller, joined by a network, in virtual time.
+    """A PLC program and a virtual controller, connected by a network, in virtual time.
 
     Build it with `Cell.build`. At time 0 both are switched on; the link is up as soon as the
     controller has booted. `now_us` is the time up to which the cell has been simulated. A PLC may
@@ -198,7 +198,7 @@ class Cell(Bench):
 
         Args:
             program: ST file or project file, or several; files of the library are added. Or a
-                compiled program: it is started from its beginning, and it outlives the cell.
+                compiled program, which is restarted and stays usable after the cell.
             lib: Folder of the library, all `.st` below it; default: the library of this package.
             scan: Period of the PLC's scan; default: the configuration's tick, or 10 ms.
             engine: `"auto"`, `"matiec"`, `"builtin"` or `"strucpp"`.
@@ -208,7 +208,7 @@ class Cell(Bench):
             m: Offset of the area from the robot in the process image, in bytes. For several
                 robots a list; areas without an offset follow the previous area.
             n: Offset of the area to the robot; as for m.
-            robot: Properties of the robot, or a robot file; or several, each with its areas.
+            robot: Properties of the robot, or a robot file; for several robots a list.
             rpi: Packet interval in both directions.
             jitter: Greatest delay of a packet.
             timeout: See `Timing.make`.
@@ -219,13 +219,14 @@ class Cell(Bench):
             watch: Variables that the trace shows in every scan: paths, or patterns with `*`.
             positions: `"pulses"` or `"mm"`: the trace records the positions of the robots.
             replace: ST files for POUs of a project, by the POU's name.
-            dialect: The PLC tool whose behaviour the program gets; default: that of the project's
-                format, or plain Structured Text.
-            device: The device to read of a project with several devices.
+            dialect: The PLC tool whose behaviour the program gets; default: the tool of the
+                project's format, or plain Structured Text.
+            device: The device to read if a project has several devices.
             connect: An external controller instead of a virtual one; `robot` must be None then, and
                 `link` is not used.
-            keep: Number of records of the trace in memory; each snapshot has them.
-            through: Wraps the program in an object that sees all accesses of the cell to it.
+            keep: Number of trace records in memory; each snapshot contains them.
+            through: Function that wraps the program in an object through which the cell accesses
+                it.
 
         Raises:
             InputError: the sources or the arguments are wrong, or the external controller does not
@@ -315,7 +316,7 @@ class Cell(Bench):
         return self._node(controller).network
 
     def stop_plc(self, *, power: bool = False) -> None:
-        """Put the PLC into STOP, or switch its power off: no scan runs, and its connections end."""
+        """Put the PLC into STOP or switch its power off: no scan runs, and its connections end."""
         for network in self._networks():
             network.set_plc(False)
         super().stop_plc(power=power)
@@ -355,8 +356,9 @@ class Cell(Bench):
         """Let the PLC read these bytes from its next scan on, instead of a controller's answer.
 
         Args:
-            area: The first bytes of its input area, the others are 0; None: the answer again.
-            connected: The connection status that its scanner shows meanwhile.
+            area: The first bytes of its input area; further bytes are 0. None: the controller's
+                answer.
+            connected: The connection status that its scanner shows while it reads such bytes.
             controller: The number of the controller, from 1.
         """
         self._node(controller).give_area(area, connected)
@@ -384,7 +386,7 @@ class Cell(Bench):
 
     @property
     def matched(self) -> bool:
-        """Return whether PLC and robots have areas of equal size; else there is no connection."""
+        """Return whether the areas of PLC and robots have equal sizes, as a connection requires."""
         return all(node.matched for node in self._nodes)
 
     @property
@@ -403,7 +405,7 @@ class Cell(Bench):
 
     @property
     def commands(self) -> int:
-        """Return the number of remote commands of which the PLC has read the end status."""
+        """Return the number of remote commands whose end status the PLC has read."""
         return sum(node.wire.commands for node in self._nodes)
 
     @property
@@ -413,7 +415,7 @@ class Cell(Bench):
 
     @contextmanager
     def trying(self) -> Iterator[None]:
-        """Undo at the end of the context all that is set inside; no time passes."""
+        """Undo at the end of the context all changes inside it; no time passes."""
         before = [robot.snapshot() for robot in self.robots]
         try:
             with super().trying():

@@ -1,8 +1,7 @@
 """The three clocks of a cell on one virtual time: PLC scan, packets, controller cycle.
 
 At equal times the order is fixed: actions of the test or the stimulus, controller cycles, packets
-produced, packets delivered, PLC scan. A change therefore never travels through two participants at
-the same time in the wrong order, and a run is the same on every machine.
+produced, packets delivered, PLC scan. A run is therefore the same on every machine.
 """
 
 from __future__ import annotations
@@ -20,8 +19,7 @@ from structured_text.output.units import whole, within_us
 
 __all__ = ["LONGEST_RPI_US", "PHASES", "SHORTEST_RPI_US", "Kind", "Timing"]
 
-#: Names under which a phase can be given: controller cycle, packets to the robot and to the
-#: PLC, PLC scan.
+#: Names of the phases: controller cycle, packets to the robot, packets to the PLC, PLC scan.
 PHASES = ("cycle", "to_robot", "to_plc", "scan")
 
 #: Packet intervals: the range of the vendor's earlier adapter [us].
@@ -46,7 +44,7 @@ class Timing:
     Attributes:
         rpi_us: Requested packet interval, the same in both directions.
         jitter_us: Greatest delay of a packet; the order of the packets does not change.
-        timeout_us: Either side considers the connection lost this long after its last packet.
+        timeout_us: Time after the last packet at which a side considers the connection lost.
         phases: First occurrence of each clock, in the order of `PHASES`.
     """
 

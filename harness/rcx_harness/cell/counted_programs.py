@@ -1,7 +1,7 @@
-"""Coverage of the robot's own programs: which lines and branches run in a cell.
+"""Coverage of the robot's own programs: the lines and branches that run in a cell.
 
-Only if coverage is requested (`counting`), each controller of a new cell gets an observer that
-counts. It changes nothing, so a run with coverage has the same trace.
+If coverage is requested (`counting`), each controller of a new cell gets an observer that counts.
+It changes nothing, so a run with coverage has the same trace.
 """
 
 from __future__ import annotations
@@ -12,15 +12,14 @@ from typing import Any, NamedTuple
 
 from rcx_harness.robot import Controller
 from rcx_harness.robot.config import RobotProgram
-from rcx_harness.robot.program.execution import NEXT
 from rcx_harness.robot.program.expressions import evaluate, number_of
-from rcx_harness.robot.program.syntax import Instruction, Program
-from rcx_harness.robot.tasks import RobotTask
+from rcx_harness.robot.program.syntax import NEXT, Instruction, Program
+from rcx_harness.robot.program.task import RobotTask
 from structured_text.engines.builtin.collector import CountedText, TextBranch, collecting
 
 __all__ = ["Plan", "count_programs", "plan_of"]
 
-#: Kinds of the instructions behind which the next one is not reached.
+#: Kinds of the instructions that never continue with the next instruction.
 _LEAVES = (
     *("goto", "jump", "leave", "return_", "exit_sub", "exit_task", "halt", "halt_all", "end"),
     *("resume", "resume_next", "resume_at"),
@@ -29,13 +28,13 @@ _REASON = re.compile(r"'\s*unreachable:\s*(.*?)\s*$", re.IGNORECASE)
 
 
 class Plan(NamedTuple):
-    """The counters of a program: one for each instruction, and behind these those of branches.
+    """The counters of a program: one for each instruction, then the counters of branches.
 
     Attributes:
         size: Number of counters.
         branches: The branches, with lines of the file.
-        ways: Counters of the ways out of an instruction, by its position: if the condition holds,
-            and if it does not; -1: the counter of the next instruction serves.
+        ways: By position of an instruction, the two counters of its branches: the condition holds,
+            the condition does not hold. -1: the counter of the next instruction is used.
     """
 
     size: int
@@ -96,7 +95,7 @@ class _Counter:
 
     def __init__(self, robot: Controller, counted: dict[str, tuple[Plan, CountedText]]) -> None:
         self._robot, self._counted = robot, counted
-        self._before: dict[int, int] = {}  # the instruction that each task has executed last
+        self._before: dict[int, int] = {}  # by task: the instruction that it has executed last
 
     def begins(self, task: RobotTask, at: int) -> None:
         """Count an instruction."""
@@ -113,7 +112,7 @@ class _Counter:
         held = self._holds(task, one, to)
         counter = holds if held else fails
         if one.kind == "for_test" and not held and before > at:
-            return  # the loop has had a round, and ends
+            return  # the loop has run at least once, and ends
         if counter >= 0:
             found[1].counters[counter] += 1
 
@@ -132,10 +131,10 @@ class _Counter:
 
 
 def plan_of(program: Program, offset: int = 0) -> Plan:
-    """Return the counters of a program; its first line is behind line `offset` of the file.
+    """Return the counters of a program that begins in line `offset` + 1 of the file.
 
-    Branches are those of IF, ELSEIF and WHILE, the CASE of a SELECT, of a FOR whose limits are not
-    constant, whether it has a round, and of a WAIT with a time limit, whether it ends in time.
+    Branches are: the conditions of IF, ELSEIF and WHILE; each CASE of a SELECT; whether a FOR with
+    variable limits runs at least once; whether a WAIT with a time limit ends in time.
     """
     alone = _reached_alone(program)
     size, branches, ways = len(program.code), list[TextBranch](), dict[int, tuple[int, int]]()
@@ -162,7 +161,7 @@ def plan_of(program: Program, offset: int = 0) -> Plan:
 
 
 def _ways(program: Program, at: int, one: Instruction) -> Iterator[tuple[int, int, str]]:
-    """Yield the ways out of an instruction: 0 if its condition holds, else 1; target; text."""
+    """Yield the branches of an instruction: 0 (condition holds) or 1 (not), target, text."""
     text = program.texts[one.line - 1].partition("'")[0].strip() if program.texts else one.kind
     if one.kind == "unless":
         yield 0, at + 1, f"{text}: true"
@@ -189,12 +188,12 @@ def _constant(assignments: Sequence[Instruction]) -> bool:
 
 
 def _begin_of(one: Instruction, at: int) -> int:
-    """Return the position at which the statement of a branch begins: for a CASE, its SELECT."""
+    """Return the position of the statement with a branch; for a CASE that of its SELECT."""
     return int(one.args[0].args[0].partition("@")[2]) if one.kind == "case" else at
 
 
 def _case_follows(program: Program, one: Instruction) -> bool:
-    """Return whether this is a CASE behind which the next CASE of its SELECT is tested."""
+    """Return whether this is a CASE that another CASE of the same SELECT follows."""
     if one.kind != "case" or one.jump >= len(program.code):
         return False
     other = program.code[one.jump]
@@ -202,7 +201,7 @@ def _case_follows(program: Program, one: Instruction) -> bool:
 
 
 def _reached_alone(program: Program) -> set[int]:
-    """Return the positions that are reached from one other instruction only."""
+    """Return the positions that are reached from exactly one other instruction."""
     count = [0] * (len(program.code) + 1)
     count[0] += 1
     for at, one in enumerate(program.code):

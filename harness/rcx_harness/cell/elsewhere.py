@@ -23,15 +23,15 @@ from structured_text.output.units import format_us
 
 __all__ = ["NAME", "Elsewhere", "FarLink"]
 
-#: The link of such a cell.
+#: The name of the link of such a cell.
 NAME = "enip-connect"
 
 _LOOK_S, _REOPEN_S = 0.01, 0.1
-#: Longest wait for the packets with zeros: number of packet intervals, and at least this time [s].
+#: Longest wait for the packets with zeros: number of packet intervals, and least time [s].
 _LAST_INTERVALS, _LAST_S = 4, 0.1
-#: If the program has not written for this many scans, its outputs are no longer sent.
+#: Number of scans without new outputs after which the outputs are no longer sent.
 _WATCHDOG_SCANS = 4
-#: Options that the message about a refused connection may suggest.
+#: Options that a hint after a refused connection may name.
 _OPTIONS = ("--size", "--rpi", "--config-instance", "--config-data", "--input-instance")
 
 
@@ -45,8 +45,9 @@ class Elsewhere:
 
     Attributes:
         configuration: Configuration instance to name, None for no instance.
-        address: IPv4 address of this machine to work from; empty: chosen by the route to the host.
-        tell: Called with the cell's time [us] and a line when the connection is opened or lost.
+        address: IPv4 address of this machine to send from; empty: chosen by the route to the host.
+        tell: Function that is called with the cell's time [us] and a line when the connection is
+            opened or lost.
     """
 
     host: str
@@ -115,7 +116,7 @@ class FarLink:
         return bytes(self.size) if isinstance(received, str) else received.image
 
     def robot_read(self) -> bytes:
-        """Return zeros: the image inside an external controller is unknown."""
+        """Return zeros, because the image inside an external controller is unknown."""
         return bytes(self.size)
 
     def robot_write(self, image: bytes) -> None:
@@ -125,8 +126,8 @@ class FarLink:
         """Send zeros, then close the connection; a second call has no effect.
 
         Zeros are the inputs that the controller assumes without a master: SI(00) and SI(06) OFF
-        (manual chapter 1, 5.2). The robot has therefore stopped when the connection ends, whatever
-        outputs the program had set.
+        (manual chapter 1, 5.2). The robot has therefore stopped when the connection ends, even if
+        the program had set outputs.
         """
         self.connection.opener.end()
         if not isinstance(self.connection.received(), str):
@@ -167,7 +168,7 @@ class FarNetwork:
         """Do nothing: the cell does not control the power of the controller."""
 
     def robot_connected(self, now_us: int) -> bool:
-        """Return the PLC's status, because the controller's own status is unknown."""
+        """Return the status of the PLC, because that of the controller is unknown."""
         return self.plc_connected(now_us)
 
     def plc_connected(self, now_us: int) -> bool:

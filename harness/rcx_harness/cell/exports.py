@@ -22,9 +22,9 @@ def export(
 ) -> Output:
     """Write the library, and a user's files with it, in a target's format.
 
-    `target` is a key of `TARGETS`. `lib` is None for the library of this package, `prefix` is None
-    to leave the library's names. With `only_needed`, everything that the program does not need is
-    left out.
+    `target` is a key of `TARGETS`. If `lib` is None, the library of this package is exported. If
+    `prefix` is None, the names of the library stay unchanged. With `only_needed`, only the parts
+    that the program needs are exported.
     """
     folder = default_lib() if lib is None else lib
     names = library_names(lib)
@@ -40,7 +40,7 @@ def sources_of(
     only_needed: bool = False,
     prefix: str | None = None,
 ) -> parts.Sources:
-    """Read and check the library and a user's files, as `export` writes them."""
+    """Read and check the library and a user's files, as `export` does before it writes them."""
     folder = default_lib() if lib is None else lib
     names = library_names(lib)
     return parts.sources_of(folder, program, only_needed=only_needed, prefix=prefix, names=names)

@@ -32,11 +32,11 @@ class Slot(NamedTuple):
 def find_image(program: Program, *, size: int, m: int, n: int, located: bool = False) -> Image:
     """Find the process image of a program and check that the areas fit.
 
-    If the program fills `InputArea` itself, its process image is the variables from which it
-    copies.
+    If the program fills `InputArea` itself, its process image consists of the variables from which
+    it copies.
 
-    The areas begin at byte `m` (from the robot) and `n` (to the robot). With `located` the program
-    reads located variables, even if it has an `InputArea`.
+    The areas begin at byte `m` (from the robot) and `n` (to the robot). With `located` the process
+    image are located variables, even if the program has an `InputArea`.
     """
     check_size(size)
     for name, offset in (("m", m), ("n", n)):
@@ -63,7 +63,7 @@ def _arrays(program: Program) -> tuple[str, str] | None:
         present = [area for area in (_INPUT, _OUTPUT) if area.lower() in declared]
         if len(present) == 1:
             raise InputError(
-                f"the program has {name}.{present[0]} but not the other of {_INPUT} and {_OUTPUT}",
+                f"the program has {name}.{present[0]}, but needs both {_INPUT} and {_OUTPUT}",
                 hint="declare both, of type RCX_IMAGE",
             )
         if present:
@@ -74,7 +74,7 @@ def _arrays(program: Program) -> tuple[str, str] | None:
 
 
 def owner_of_areas(program: Program) -> str:
-    """Return the block, structure or list with both areas; empty if there is none.
+    """Return the path of the block, structure or list with both areas; empty if there is none.
 
     It is also empty if a PROGRAM declares the areas.
     """
@@ -83,9 +83,9 @@ def owner_of_areas(program: Program) -> str:
 
 
 def _elsewhere(program: Program) -> tuple[str, str] | None:
-    """Find both areas in one block, structure or list of variables, the outermost first.
+    """Find both areas in the same block, structure or list of variables; the outermost is first.
 
-    A PROGRAM in TIA Portal has no variables that last, and users of other tools often declare wired
+    A PROGRAM in TIA Portal has no permanent variables, and users of other tools often declare wired
     variables in a global list.
     """
     areas: dict[str, dict[str, str]] = {}
@@ -171,8 +171,8 @@ class LocatedImage:
     word behind the inputs is the bridge's life word. It changes in each scan. Without a connection
     it is 0, and so is the whole area.
 
-    If an area is at offset 0 but no row of variables begins there, the area is the only row that is
-    long enough. Tools assign addresses of their own, such as `%IB100`.
+    If an area has offset 0 but no row of variables begins there, the area is the only row that is
+    long enough, because tools assign addresses such as `%IB100`.
     """
 
     def __init__(
@@ -232,7 +232,7 @@ def _slot(item: Located) -> tuple[str, Slot]:
 
 
 def _begin(slots: list[Slot], offset: int, size: int) -> int:
-    """Return where an area begins: at its offset, or at the only row of variables for it."""
+    """Return the beginning of an area: its offset, or the only row of variables for it."""
     rows: list[list[int]] = []
     for slot in sorted(slots, key=lambda one: one.start):
         if not slot.width:
@@ -303,6 +303,6 @@ _FLOATS = {"REAL": "<f", "LREAL": "<d"}
 _SIGNED = ("SINT", "INT", "DINT", "LINT")
 
 #: The robot's two areas in the program's process image. `slots` are the variables that receive the
-#: area from the robot. If `bridged`, the image is that of a bridge: the area is 0 without a
-#: connection. `life_path` is the path of the bridge's life word; empty without such a variable.
+#: area from the robot. If `bridged`, a bridge writes the image, and without a connection the area
+#: is 0. `life_path` is the path of the bridge's life word; empty without such a variable.
 Image = ArrayImage | LocatedImage

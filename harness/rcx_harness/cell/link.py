@@ -38,10 +38,10 @@ class Link(Protocol):
     size: int
 
     def scanner_write(self, image: bytes) -> None:
-        """Set assembly 150 to `image`: a packet from the master has arrived."""
+        """Set assembly 150 to `image`, because a packet from the master has arrived."""
 
     def scanner_read(self) -> bytes:
-        """Return assembly 100, which the master receives now."""
+        """Return assembly 100, for a packet that the master receives now."""
 
     def robot_read(self) -> bytes:
         """Return assembly 150, which the controller reads."""
@@ -54,7 +54,7 @@ class Link(Protocol):
 
 
 class Network(Protocol):
-    """The interface between a cell and a network; see `PacketNetwork` for its methods."""
+    """The interface between a cell and a network; `PacketNetwork` explains the methods."""
 
     @property
     def input(self) -> bytes: ...  # noqa: D102
@@ -78,7 +78,7 @@ class Network(Protocol):
 
 @runtime_checkable
 class OwnNetwork(Protocol):
-    """A link with a network of its own instead of `PacketNetwork`."""
+    """A link that has its own network instead of `PacketNetwork`."""
 
     def network(self, agenda: Agenda, *, matched: bool) -> Network:
         """Return the network of the link in a cell; `PacketNetwork` explains `matched`."""
@@ -128,14 +128,14 @@ class PacketNetwork:
 
     Packets flow while the cable is plugged in and the robot's adapter is on; an interruption also
     drops the packets under way. A side considers the connection lost when no packet has arrived for
-    `Timing.timeout_us`; the adapter also loses it with its power. Once one side has lost it, no
-    packet flows until the other side has lost it too and the scanner has opened a new connection.
-    That takes at least 100 ms and a scan, so neither side misses the restart of the other. Before
-    the first packet both images are zero.
+    `Timing.timeout_us`. The adapter also loses it with its power. After one side has lost the
+    connection, no packet flows until the other side has lost it, too, and the scanner has opened a
+    new connection. That takes at least 100 ms and a scan, so neither side misses the restart of the
+    other. Before the first packet both images are zero.
 
     Args:
-        matched: False if master and robot differ in the area's size: there is no connection then
-            (manual chapter 3, 1).
+        matched: Whether master and robot have areas of the same size; otherwise there is no
+            connection (manual chapter 3, 1).
     """
 
     def __init__(
@@ -164,7 +164,7 @@ class PacketNetwork:
         """The last image that the PLC has received."""
 
     def start(self, content: Callable[[], bytes]) -> None:
-        """Produce packets from now on; those to the robot carry the result of `content`."""
+        """Produce packets from now on; packets to the robot carry the result of `content`."""
 
         def to_robot(now_us: int) -> None:
             self.produce_to_robot(now_us, content)
@@ -188,7 +188,7 @@ class PacketNetwork:
             self._epoch += 1
 
     def set_adapter(self, up: bool) -> None:
-        """Switch the robot's adapter on or off, as its controller boots or loses power."""
+        """Switch the robot's adapter on or off, when its controller has booted or loses power."""
         if up != self._adapter:
             self._adapter = up
             if not up:
@@ -204,8 +204,9 @@ class PacketNetwork:
         """Let `share` of a direction's packets be `lost`, `late` or `doubled` from now on.
 
         A late packet, and the second packet of a doubled one, arrive up to `by_us` later; the order
-        of the packets does not change. The fate of a packet depends only on the seed and on its
-        time. If a disturbance is removed, the run before it therefore stays the same.
+        of the packets does not change. The disturbance of a packet depends only on the seed and on
+        its time. If a disturbance is removed from a run, the part before it therefore stays the
+        same.
         """
         if share:
             self._faults[kind, direction] = (share, by_us)
@@ -262,7 +263,7 @@ class PacketNetwork:
         self._random.setstate(random)
 
     def _flows(self, now_us: int) -> bool:
-        """Return whether there is a connection; open a new one if possible."""
+        """Return whether there is a connection; open a new connection if possible."""
         if not (self._matched and self._cable and self._adapter and self._plc):
             return False
         # A lost connection is reopened only after both sides have noticed the loss. Otherwise one
@@ -304,7 +305,7 @@ class PacketNetwork:
             self._queue(self._due[direction], direction, content)
 
     def _hit(self, kind: str, direction: int, now_us: int) -> int | None:
-        """Return the delay [us] (at least 1) if the packet of this time is disturbed; else None."""
+        """Return the delay [us] (at least 1) if the packet at this time is disturbed; else None."""
         share, by_us = self._faults.get((kind, direction), (0.0, 0))
         key = f"{kind} {direction} {now_us} {self._seed}".encode()
         draw = (int.from_bytes(blake2b(key, digest_size=4).digest(), "big") + 1) / 2**32

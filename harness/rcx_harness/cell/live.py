@@ -1,7 +1,8 @@
-"""Runs in real time: the packets of a real cyclic connection, and a clock that keeps pace.
+"""Runs in real time: the packets of a real cyclic connection, and an agenda that waits.
 
-The cell still counts its own time in whole microseconds, and it calls PLC and controller in its own
-order. It only waits for the time of this computer, because packets now travel by themselves.
+The cell still counts its own time in whole microseconds and calls PLC and controller in the usual
+order. It waits for the clock of this computer before each event, because other processes send the
+packets at their own times.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from structured_text.output.units import format_us
 
 __all__ = ["LiveNetwork", "RealTimeAgenda", "RealTimeLink"]
 
-#: A shorter delay is made up for; after a longer delay the cell's time is set back [us].
+#: After a shorter delay the cell catches up; after a longer delay its time is set back [us].
 _LATE_US = 5_000
 _LOOK_S = 0.01
 _REOPEN_S = 0.1
@@ -68,8 +69,8 @@ class RealTimeAgenda(Agenda):
         while (wait_us := self._start_us + due_us - self._clock_us()) > 0:
             self._sleep(wait_us / 1e6)
         if -wait_us > _LATE_US:
-            # Catching up would run a burst of scans against packets that keep their own pace.
-            # The start of the run is shifted instead, so the cell's time stands still.
+            # Catching up would run many scans at once between two real packets. The start of the
+            # run is shifted instead, so the cell's time stands still during the delay.
             self._start_us -= wait_us
             self.stalls += 1
             self.stalled_us -= wait_us
@@ -79,7 +80,7 @@ class RealTimeAgenda(Agenda):
 class RealTimeLink(AdapterLink):
     """An exclusive-owner connection on the loopback interface; a thread opens it after each loss.
 
-    No call waits: it returns the data that arrived last, or sets the data to send next.
+    Calls never wait: they return the data that arrived last, or set the data to send next.
 
     Attributes:
         shared: Both areas at the robot's end, and the state of the connection.
@@ -119,7 +120,7 @@ class RealTimeLink(AdapterLink):
 
     @property
     def failure(self) -> str:
-        """Return which process ended by itself, and how; empty while all run."""
+        """Return which process has ended by itself, and how; empty while all run."""
         return self.adapter.failure or self.scanner.failure
 
     def scanner_write(self, image: bytes) -> None:
@@ -145,7 +146,8 @@ class LiveNetwork:
     """The implementation of `rcx_harness.cell.link.Network` for packets in real time.
 
     Args:
-        matched: False if master and robot differ in the area's size: no connection is opened then.
+        matched: Whether master and robot have areas of the same size; otherwise no connection is
+            opened.
     """
 
     def __init__(self, link: RealTimeLink, *, matched: bool) -> None:

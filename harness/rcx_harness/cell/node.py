@@ -43,9 +43,9 @@ class Node:
     """A controller in a cell, with its network and its share of the PLC's process image.
 
     Args:
-        number: From 1; all but the first are named in trace and violations.
-        report: Called with the violations.
-        clear: The PLC's inputs read 0 without a connection.
+        number: From 1; trace and violations contain the numbers of all controllers but the first.
+        report: Function that is called with the violations.
+        clear: Whether the PLC's inputs are 0 without a connection.
         positions: Unit of the positions in the trace; empty: positions are not recorded.
     """
 
@@ -66,7 +66,7 @@ class Node:
     ) -> None:
         self.number, self.robot, self.link = number, member.robot, member.link
         self.far = member.far
-        """The controller is external."""
+        """Whether the controller is external."""
         self.matched = self.link.size == self.robot.config.size
         """Master and robot have areas of equal size; else there is no connection."""
         self.cycles = 0
@@ -113,7 +113,7 @@ class Node:
 
     @property
     def exchanged(self) -> tuple[bytes, bytes]:
-        """Return what the PLC has read, and what it has written, in the last scan."""
+        """Return the areas that the PLC has read and written in the last scan."""
         return self._so, self.image.get()
 
     def begin_anew(self) -> None:

@@ -28,12 +28,11 @@ def source_files(
     """Find the files of a program, and those of the library that it needs.
 
     Args:
-        program: As for `source_files` of `structured_text.projects.sources`.
-        lib: Folder of the library, searched with its subfolders; None for the one of this
-            package.
+        program: The same as in `source_files` of `structured_text.projects.sources`.
+        lib: Folder of the library, searched with its subfolders; None: the library of this package.
         replace: Files with Structured Text for POUs of a project, by name.
         dialect: The PLC tool whose behaviour the program gets; None: the tool of its format.
-        device: The device to read of a project with several devices.
+        device: The device to read if a project has several devices.
     """
     folder = default_lib() if lib is None else Path(lib)
     return sources.source_files(program, folder, replace, dialect, device)
@@ -47,7 +46,7 @@ def library_folder(lib: str | Path | None) -> Path:
 
 
 def library_names(lib: str | Path | None = None) -> Names:
-    """Return the names that a library declares; they are listed in a file beside its folder.
+    """Return the names that a library declares, from a file beside its folder.
 
     A folder without such a file counts as a copy of this package's library.
     """
@@ -57,10 +56,10 @@ def library_names(lib: str | Path | None = None) -> Names:
 
 
 def blame_lib(error: InputError, lib: str | Path | None) -> InputError:
-    """Return an error about an unknown name with a hint at the library.
+    """Return an error about an unknown name, with a hint about the library.
 
-    The hint names a block of the library with a similar name, or `--lib` if that library lacks a
-    name that the library of this package declares.
+    The hint is a block of the library with a similar name. If the library of `--lib` lacks a name
+    that the library of this package declares, the hint is `--lib`.
     """
     missing = re.match(r"there is no (?:type|function) (\w+)|(\w+) is not declared", error.message)
     if missing is None or error.hint.startswith("did you mean"):

@@ -1,4 +1,4 @@
-"""Stimulus files (TOML): values to set and events to inject, each at its time."""
+"""Stimulus files (TOML): values to set and events to inject, with their times."""
 
 from __future__ import annotations
 
@@ -39,10 +39,10 @@ class Entry(stimulus.Entry):
         hold: Outputs of the controller that are frozen.
         release: Outputs that follow the controller again.
         force: Outputs that are forced to these values.
-        workpieces: Position [pulses] of a workpiece that PUSH meets, by the number of an axis of
-            the controller, from 1; None removes it.
+        workpieces: Position [pulses] of a workpiece that stops PUSH, by the number of an axis of
+            the controller, from 1; None removes the workpiece.
         area: The bytes that the PLC reads from now on instead of the controller's answer; missing
-            bytes are 0; `ROBOT` for the controller's answer again; None: no change.
+            bytes are 0. `ROBOT`: the controller's answer again. None: no change.
         connected: The connection status of the PLC's scanner while it reads such bytes.
         controller: Number of the controller for everything but `values`, from 1.
     """
@@ -82,11 +82,11 @@ class Entry(stimulus.Entry):
         }
 
     def end(self, t_us: int) -> Entry:
-        """Return the entry that takes values and events back."""
+        """Return the entry that undoes values and events."""
         return replace(super().end(t_us), controller=self.controller)
 
     def apply(self, cell: Cell) -> None:
-        """Apply the entry now; this does not wait for its end."""
+        """Apply the entry now, without waiting for its end."""
         self.set_values(cell)
         for event, args in self.events:
             cell.inject(event, controller=self.controller, **args)
@@ -103,7 +103,7 @@ class Entry(stimulus.Entry):
             cell.give_area(area, self.connected, controller=self.controller)
 
     def attempt(self, cell: Cell) -> None:
-        """Check that the entry can be applied; its values are set."""
+        """Check that the entry can be applied; this sets its values."""
         self.set_values(cell)
         if self.controller > len(cell.robots):
             raise InputError(

@@ -20,7 +20,7 @@ _LONGEST_US = 60_000_000
 
 
 class Surrounded(events.Stopped, Protocol):
-    """The methods of a cell that these events call."""
+    """The methods of a cell that the events call."""
 
     def set_cable(self, up: bool, controller: int) -> None: ...  # noqa: D102
 
@@ -84,7 +84,7 @@ _EVENTS: dict[str, Event[Surrounded]] = {
 #: Events of network and PLC by name, each with a line of help.
 EVENTS: dict[str, str] = {name: one.text for name, one in _EVENTS.items()}
 
-#: The event that takes an event back.
+#: The event that undoes an event.
 OPPOSITES: dict[str, str] = {
     "link_down": "link_up",
     **events.OPPOSITES,
@@ -103,7 +103,7 @@ assert all(one in EVENTS or one in ROBOT_EVENTS for pair in OPPOSITES.items() fo
 
 
 def opposite(event: str, args: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
-    """Return the event that takes another event back, with its arguments.
+    """Return the event that undoes an event, with its arguments.
 
     The start mode of the PLC is an argument of the stop event and is passed on to the start event.
     """

@@ -1,1 +1,1 @@
-"""The command `rcx`: a module for each subcommand; `start` is where it begins."""
+"""The command `rcx`: a module for each subcommand; the program begins in `start`."""

@@ -1,4 +1,4 @@
-"""The command `rcx` with its subcommands; each is imported when it is called."""
+"""The command `rcx` with its subcommands; a subcommand is imported when it is called."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from structured_text.errors import InputError, OutputError, refused
 
 __all__ = ["COMMANDS", "OPTION_PANELS", "PANELS", "Later", "app", "home_of", "main"]
 
-#: In the order of `rcx --help`: its panels, and in each the commands with the first sentences of
-#: their docstrings. An `EPILOG` of a command's module stands at the end of its help.
+#: The panels of `rcx --help` in their order, and the commands of each panel with the first
+#: sentences of their docstrings. If a command's module has an `EPILOG`, it is the end of the help.
 PANELS = {
     "Program": {
         "run": "Run a program in a virtual cell.",
@@ -36,7 +36,7 @@ PANELS = {
         ),
         "import": "Write the Structured Text of a project as .st files, one for each declaration.",
         "export": (
-            "Write the library for a PLC tool; `docs/how-to/export.md` says what was checked."
+            "Write the library for a PLC tool; `docs/how-to/export.md` shows the state of each."
         ),
     },
     "Robot": {
@@ -46,7 +46,7 @@ PANELS = {
             "controller."
         ),
         "probe": (
-            "Check at a real controller what the virtual one assumes; you confirm each step."
+            "Check the assumptions of the virtual controller at a real one; you confirm each step."
         ),
         "compare": (
             "Feed a recording to the virtual controller, and show where the real controller "
@@ -104,8 +104,8 @@ _HOMES = {
     "test": ("test_", "test_"),
 }
 
-#: If a command has more options than this, its help shows the rare ones in these panels, by the
-#: names of their parameters. The common options come first.
+#: If a command has more options than this, its help shows rare options in these panels, after the
+#: common options. The options are given by the names of their parameters.
 _MOST_OPTIONS = 15
 OPTION_PANELS = {
     "Projects of PLC tools": "replace dialect device",
@@ -130,7 +130,7 @@ _SETTINGS: dict[str, Any] = {
 
 
 class _Commands(TyperGroup):
-    """All commands; their list is plain text, for `rich` would double the time that it takes."""
+    """All commands. Their list is plain text, because `rich` would double the time to print it."""
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help page of the command."""
@@ -159,12 +159,13 @@ def home_of(name: str) -> tuple[str, str]:
 
 
 class Later(TyperCommand):
-    """A command that is listed with its first sentence, and loaded when it is called."""
+    """A command that is loaded when it is called; until then only its first sentence is known."""
 
     def loaded(self) -> Any:
         """Return the command itself, and import its module on first use."""
         module, function = home_of(str(self.name))
-        gc.disable()  # the imported objects stay: a collection would take a tenth of the start
+        # the imported objects stay; a garbage collection would take a tenth of the start time
+        gc.disable()
         try:
             home = import_module(f"rcx_harness.cli.{module}")
         finally:
@@ -181,16 +182,16 @@ class Later(TyperCommand):
     def make_context(
         self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any
     ) -> Any:
-        """Load the command and let it parse its own arguments, also for help and completion."""
+        """Load the command and let it parse its own arguments, for help and completion, too."""
         command = self.loaded()
         _refuse_empty_paths(command, args)
         return command.make_context(info_name, args, parent, **extra)
 
 
 def _refuse_empty_paths(command: Any, args: Sequence[str]) -> None:
-    """Raise InputError if a file is named by an empty text: Python would take this folder.
+    """Raise InputError if the name of a file is empty; Python would take it for this folder.
 
-    A variable of the shell that is not set gives one: `rcx run "$FILE"`.
+    An unset variable of the shell gives an empty name: `rcx run "$FILE"`.
     """
     of_paths = [each for each in command.params if each.type.name == "path"]
     options = {name for each in of_paths for name in each.opts if name.startswith("-")}
@@ -220,7 +221,7 @@ def _options(
         typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version."),
     ] = False,
 ) -> None:
-    """Accept the options before the command; `--version` acts by its callback."""
+    """Accept the options before the command; the callback of `--version` prints the version."""
     del show_version
 
 
@@ -238,8 +239,8 @@ app = _group()
 def _with_command(args: Sequence[str]) -> list[str]:
     """Return the arguments in the form that the parser takes.
 
-    What is behind `--` of `rcx mutants` becomes one option for each word, and `--json` without a
-    file `--json -`.
+    Each word behind `--` of `rcx mutants` becomes an option, and `--json` without a file becomes
+    `--json -`.
     """
     place = list(args).index("--") if "--" in args else len(args)
     given, rest = list(args[:place]), list(args[place:])
@@ -263,7 +264,7 @@ def main(args: Sequence[str] | None = None) -> int:
     except InputError as error:
         print(f"rcx: {error}", file=sys.stderr)
         return error.exit_code
-    except RecursionError:  # the commands that know the place say it themselves
+    except RecursionError:  # commands that know the place report the error themselves
         text = "expressions, statements or types are nested too deeply; divide them"
         print(f"rcx: {text}", file=sys.stderr)
         return 2

@@ -32,7 +32,7 @@ __all__ = ["VerifyOptions", "campaign", "write_replay"]
 
 @dataclass(frozen=True)
 class VerifyOptions(FarmOptions, CellOptions):
-    """The options of campaign and sweep besides those of the cell."""
+    """The options that campaign and sweep have in addition to the options of a cell."""
 
     properties: Annotated[
         list[Path] | None,
@@ -72,7 +72,7 @@ class CampaignOptions(VerifyOptions):
     )
     seed_from: Annotated[int, typer.Option(help="The first seed.", min=0, max=2**63 - 1)] = 0
     stimulus: Annotated[
-        Path | None, typer.Option(help="Stimulus of a good run (TOML) into which faults are put.")
+        Path | None, typer.Option(help="Stimulus of a good run (TOML), to which faults are added.")
     ] = None
     out: Annotated[Path, typer.Option(help="Folder for results and replays.")] = Path(
         "out/campaign"
@@ -93,7 +93,7 @@ def campaign(options: CampaignOptions) -> None:
     of = options.cells(options.stimulus)
     cells = of.make()
     cell = cells.cell(options.seed_from)
-    Course(cell, cells.demands)  # raises if a demanded variable is missing
+    Course(cell, cells.demands)  # raises InputError if a demanded variable is missing
     cell.close()
     if cells.notice:
         print(cells.notice)
@@ -116,7 +116,7 @@ def campaign(options: CampaignOptions) -> None:
                 failing.setdefault(kind, []).append((t_us, seed))
         found = classes(farm, work, failing, kept)
     except KeyboardInterrupt:
-        print(f"what is done is in {options.out}; the same call goes on")
+        print(f"finished results are in {options.out}; the same call continues")
         raise
     print(
         f"seeds {seeds[0]} to {seeds[-1]}: {total.acts} events, {total.virtual_us / 1e6:.0f} s of "
@@ -163,7 +163,7 @@ def _tell(options: CampaignOptions, cells: Cells, found: Sequence[tuple[str, Exp
 def write_replay(
     options: VerifyOptions, cells: Cells, one: Replay, folder: Path, name: str
 ) -> None:
-    """Write the shortest run of a class, run it as `rcx run` would, and say how to."""
+    """Write the shortest run of a class, run it like `rcx run`, and print the command for it."""
     file = folder / f"{name}.toml"
     write(folder, {file.name: one.text})
     came = replay(cells, one, Stimulus.load(file))
@@ -176,4 +176,4 @@ def write_replay(
     again = {one.kind, "expect"}.intersection(came.found)
     print(f"  {command(one, words, file)}")
     shown = f"{file} ({counted(one.lines, 'line')}), {file.with_suffix('.svg')}"
-    print(f"  {shown}" if again else f"  {shown}; replayed it did NOT fail")
+    print(f"  {shown}" if again else f"  {shown}; the replay did NOT fail")

@@ -21,9 +21,9 @@ __all__ = ["CellOptions"]
 
 @dataclass(frozen=True)
 class CellOptions:
-    """The options of a cell: each with its type, its default and its help.
+    """The options of a cell, with type, default and help.
 
-    Those that bear the name of an argument of `Cell.build` go there.
+    Options with the name of an argument of `Cell.build` are passed to it.
     """
 
     files: Sources
@@ -70,14 +70,14 @@ class CellOptions:
     ] = "hold"
 
     def of_cell(self) -> dict[str, Any]:
-        """Return the arguments of `Cell.build`; without an option its default applies."""
+        """Return the arguments of `Cell.build`; an option that is not given has its default."""
         arguments = inspect.signature(Cell.build).parameters
         given = {one.name: getattr(self, one.name) for one in fields(CellOptions)}
         given |= {"replace": replacements(self.replace), "phases": self._phases()}
         return {name: given[name] for name in arguments if given.get(name) not in (None, [])}
 
     def words(self) -> list[str]:
-        """Return these options as they are typed, quoted for a shell, without defaults."""
+        """Return these options as words of a command line, quoted for a shell, without defaults."""
         return [shlex.quote(word) for word in self._words()]
 
     def _words(self) -> Iterator[str]:
@@ -90,7 +90,7 @@ class CellOptions:
                 yield from (f"--{one.name.replace('_', '-')}", str(each))
 
     def _phases(self) -> str | dict[str, Duration]:
-        """`scan=3ms,cycle=1ms` as a table; a single word stays one."""
+        """Return `scan=3ms,cycle=1ms` as a table; return a single word unchanged."""
         if "=" not in self.phases:
             return self.phases
         pairs = [part.partition("=") for part in self.phases.split(",")]

@@ -54,11 +54,11 @@ def check(
     ] = False,
     stubs: Annotated[
         Path | None,
-        typer.Option(help="Write interfaces for what is missing, as ST files, into this folder."),
+        typer.Option(help="Write the missing interfaces, as ST files, into this folder."),
     ] = None,
     tool: Annotated[
         str | None,
-        typer.Option("--for", help=f"Only what this tool refuses: {', '.join(tools())}."),
+        typer.Option("--for", help=f"Also list what this tool refuses: {', '.join(tools())}."),
     ] = None,
 ) -> None:
     """Check ST sources: syntax, types, portability, calls; also with matiec if it is installed.
@@ -86,13 +86,14 @@ def check(
         raise InputError("--stubs and --lint exclude each other")
     programs = [file for file in files or () if file.suffix.lower() in _ROBOT_FILES]
     if programs:
-        from rcx_harness.cli.robot_files import check_robot_files  # only they need the controller
+        # only robot programs need the controller
+        from rcx_harness.cli.robot_files import check_robot_files
 
         check_robot_files(programs)
         files = [file for file in files or () if file not in programs]
         if not files:
             return
-    # With --lint each file is looked at by itself: folders with several programs go at once.
+    # With --lint each file is checked separately, so a call may name folders with several programs.
     sources = source_files(files, lib, replacements(replace), dialect, device)
     for note in sources.notes:
         print(legible(f"note: {note}"))
@@ -140,7 +141,7 @@ def check(
 def _with_stubs(sources: SourceFiles, folder: Path) -> SourceFiles:
     """Write an interface for each missing name, and return the sources with these files.
 
-    Raise InputError if a file exists already: it may be the user's.
+    Raise InputError if a file already exists, because it may be the user's.
     """
     from structured_text.projects.stubs.write import infer_stubs
 
@@ -149,7 +150,7 @@ def _with_stubs(sources: SourceFiles, folder: Path) -> SourceFiles:
     if there:
         others = f", and {counted(len(there) - 1, 'more file')}" if len(there) > 1 else ""
         raise InputError(
-            f"is there already{others}; nothing was written",
+            f"already exists{others}; nothing was written",
             file=there[0],
             hint=f"name {folder} as a source, too, or another folder for --stubs",
         )
@@ -181,7 +182,7 @@ def _refused(
 
 
 def _faults(project: Project | None) -> list[Place]:
-    """Return the known faults of matiec that concern the program, if matiec takes it at all."""
+    """Return the known faults of matiec that concern the program; none if it does not compile."""
     if project is None or project.uses:
         return []
     from structured_text.engines.matiec.faults import places, warnings
@@ -190,7 +191,7 @@ def _faults(project: Project | None) -> list[Place]:
 
 
 def _compile(sources: SourceFiles, project: Project | None, faulty: Sequence[Place]) -> str:
-    """Compile with matiec too, if there is something to run that it knows."""
+    """Compile with matiec, too, if the sources have a program in a form that matiec supports."""
     if project is not None and project.uses:
         return "; not portable: it runs on the built-in engine only"
     if any(one.fault.refused for one in faulty):

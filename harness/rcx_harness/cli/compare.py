@@ -43,7 +43,7 @@ def compare(
     ] = None,
     fit: Annotated[
         Path | None,
-        typer.Option(help="Find the robot file with which both agree, and write it to this file."),
+        typer.Option(help="Find the settings with which both agree, and write this robot file."),
     ] = None,
     events: Annotated[
         Path | None,
@@ -120,7 +120,7 @@ def compare(
                 width = min(shutil.get_terminal_size((100, 24)).columns, 120)
                 unicode = "utf" in (sys.stdout.encoding or "").lower()
                 print(legible(text_chart(drawn, width, ascii_only=not unicode)))
-                print("controller 1 is the recorded one, 2 the virtual one\n")
+                print("controller 1 is recorded, controller 2 is virtual\n")
             for line in [
                 *lines(replay, result),
                 *(["", *fit_lines(found, replay)] if found else []),
@@ -141,7 +141,7 @@ def _happenings(path: Path) -> list[Happening]:
     for entry in Stimulus.load(path).entries:
         if entry.values or entry.hold or entry.release or entry.area is not None:
             hint = "use time and robot = ... only: the recording contains the PLC"
-            raise InputError("sets more than events", file=path, line=entry.line, hint=hint)
+            raise InputError("has more than robot events", file=path, line=entry.line, hint=hint)
         for event, args in entry.events:
             if event not in EVENTS:
                 hint = "leave it out: the recording contains the loss of the link"

@@ -1,4 +1,4 @@
-"""`rcx run --connect`: where the controller is, and the question before a real one is driven."""
+"""`rcx run --connect`: the controller's address, and the question before a real robot is driven."""
 
 from __future__ import annotations
 
@@ -48,12 +48,12 @@ def _is_here(host: str) -> bool:
     """Return whether the host is a loopback address."""
     try:
         return ipaddress.ip_address(socket.gethostbyname(host)).is_loopback
-    except (OSError, ValueError, UnicodeError):  # no such host: the connection will say so
+    except (OSError, ValueError, UnicodeError):  # no such host: the connection reports it
         return False
 
 
 def no_connection(reason: str) -> InputError:
-    """Return the error for a run in which no packet of the controller was taken.
+    """Return the error for a run in which no packet of the controller was accepted.
 
     `reason` is the last failure that the connection has reported.
     """
@@ -64,7 +64,7 @@ def no_connection(reason: str) -> InputError:
 
 
 class Teller:
-    """Prints on stderr when the connection opens or ends, at a limited rate."""
+    """A printer of the messages that the connection opens or ends (stderr, limited rate)."""
 
     def __init__(self) -> None:
         self._throttle = Throttle()

@@ -35,7 +35,7 @@ from structured_text.output.files import replace_files
 
 __all__ = ["debug", "launched"]
 
-#: Told to a person who starts it in a terminal.
+#: Printed if a person starts the command in a terminal.
 _AT_A_TERMINAL = """\
 rcx debug waits for the requests of an editor (Debug Adapter Protocol) on standard input.
 Let your editor start it: rcx debug --vscode FOLDER writes the extension for VS Code,
@@ -45,7 +45,7 @@ Ctrl-C ends it."""
 _HOST = "127.0.0.1"
 _EXTENSION = Path(__file__).resolve().parents[1] / "verify" / "debug" / "vscode"
 
-#: The options of `rcx run` that a launch may give; all others write files, or leave virtual time.
+#: The options of `rcx run` that a launch may have; the others write files or need real time.
 _OPTIONS = (
     *(
         "duration",
@@ -62,9 +62,9 @@ _OPTIONS = (
     ),
     *("rpi", "jitter", "timeout", "phases", "on_loss", "engine", "no_robot", "dialect"),
 )
-#: The variable that may hold the token of the port, and how long such a token is at least.
+#: The environment variable for the token of the port, and the shortest allowed token.
 _TOKEN, _TOKEN_LENGTH = "RCX_DEBUG_TOKEN", 16
-#: A client must launch with the token within this time, else it is disconnected [s].
+#: Time within which a client must launch with the token before it is disconnected [s].
 _PATIENCE_S = 10.0
 #: Arguments that clients send for their own use.
 _OF_CLIENTS = (
@@ -78,7 +78,7 @@ _OF_CLIENTS = (
 def debug(
     files: Annotated[
         list[Path] | None,
-        typer.Argument(help="A recording or sources, if the launch of the client names none."),
+        typer.Argument(help="A recording or sources, if the launch of the client has none."),
     ] = None,
     port: Annotated[
         int | None,
@@ -112,17 +112,17 @@ def debug(
         return
     if sys.stdin.isatty():
         print(_AT_A_TERMINAL, file=sys.stderr, flush=True)
-    # Not sys.stdin, which could not be closed at the end while somebody reads from it.
+    # A separate stream: sys.stdin cannot be closed at the end while a thread reads from it.
     reading, writing = os.fdopen(os.dup(sys.stdin.fileno()), "rb"), sys.stdout.buffer
     client = Client(reading, writing)
-    with redirect_stdout(sys.stderr):  # nothing else goes to the client
+    with redirect_stdout(sys.stderr):  # only the adapter may write to the client
         code = Session(client, lambda arguments: launched(arguments, given, alone=no_robot)).run()
     if code:
         raise typer.Exit(code)
 
 
 def _serve(port: int, given: list[Path], *, alone: bool) -> None:
-    """Serve one client after the other, until Ctrl-C."""
+    """Serve clients one after the other, until Ctrl-C."""
     token, told = _token()
     given, folder = [file.absolute() for file in given], Path.cwd()
     with socket.socket() as listening:
@@ -130,7 +130,7 @@ def _serve(port: int, given: list[Path], *, alone: bool) -> None:
         try:
             listening.bind((_HOST, port))
         except OSError as error:
-            hint = "choose another, or end what uses it"
+            hint = "choose another port, or end the program that uses it"
             raise InputError(f"--port {port}: {error.strerror}", hint=hint) from None
         listening.listen(1)
         where = f"{_HOST}:{listening.getsockname()[1]}"
@@ -143,14 +143,14 @@ def _serve(port: int, given: list[Path], *, alone: bool) -> None:
                     _one_client(connection, token, given, alone=alone)
                 except InputError as error:
                     print(f"rcx: {error}", file=sys.stderr, flush=True)
-            os.chdir(folder)  # a launch may have named another
+            os.chdir(folder)  # the last launch may have changed the folder
 
 
 def _one_client(connection: socket.socket, token: str, given: list[Path], *, alone: bool) -> None:
-    """Serve a client that launches with the token in time; programs of others send nothing."""
+    """Serve a client that launches with the token in time; other clients are disconnected."""
 
     def end() -> None:
-        with suppress(OSError):  # it has gone
+        with suppress(OSError):  # the client has disconnected
             connection.shutdown(socket.SHUT_RDWR)
 
     patience = Timer(_PATIENCE_S, end)
@@ -161,7 +161,7 @@ def _one_client(connection: socket.socket, token: str, given: list[Path], *, alo
     def launch(arguments: Mapping[str, Any]) -> Launched:
         named = arguments.get("token")
         if not isinstance(named, str) or not compare_digest(named.encode(), token.encode()):
-            hint = 'write the one that rcx debug has printed, "token": "..."'
+            hint = 'write the token that rcx debug has printed, "token": "..."'
             raise InputError(
                 "the launch request does not contain the token of this port", hint=hint
             )
@@ -175,20 +175,20 @@ def _one_client(connection: socket.socket, token: str, given: list[Path], *, alo
         patience.cancel()
         end()
         client.close()
-        for stream in (reading, writing):  # while one of them is open, a client can send
+        for stream in (reading, writing):  # a client can send as long as either of them is open
             with suppress(OSError):
                 stream.close()
 
 
 def _token() -> tuple[str, str]:
-    """Return the token of the port, and the line that says where a client finds it."""
+    """Return the token of the port, and a line that tells the user where a client gets it."""
     if not (token := os.environ.get(_TOKEN, "")):
         token = token_urlsafe()
-        return token, f'its launch has to name this token: "token": "{token}"'
+        return token, f'its launch must contain this token: "token": "{token}"'
     if len(token) < _TOKEN_LENGTH:
         hint = f"give at least {_TOKEN_LENGTH} characters, or leave it out"
         raise InputError(f"{_TOKEN} is too short for a token", hint=hint)
-    return token, f'its launch has to name the token of {_TOKEN}: "token": "..."'
+    return token, f'its launch must contain the token of {_TOKEN}: "token": "..."'
 
 
 def _write_extension(folder: Path) -> None:
@@ -209,9 +209,9 @@ def _write_extension(folder: Path) -> None:
 def launched(arguments: Mapping[str, Any], given: list[Path], *, alone: bool = False) -> Launched:
     """Build the program or open the recording that a client launches.
 
-    `arguments` are those of the client's request: the options of `rcx run` by their names,
-    `sources`, `recording` and `cwd`. `given` are the files of the command line, for a client that
-    names none. With `alone`, sources run without a robot.
+    `arguments` are the arguments of the client's request: the options of `rcx run` by their names,
+    `sources`, `recording` and `cwd`. `given` are the files of the command line, which are used if
+    the client names no files. With `alone`, sources run without a robot.
     """
     folder = arguments.get("cwd")
     if folder is not None:
@@ -268,7 +268,7 @@ def _of_cell(options: RunOptions) -> Launched:
 
 
 def _options(arguments: Mapping[str, Any], given: list[Path], *, alone: bool) -> RunOptions:
-    """Return the options of `rcx run` that a client gives, checked by their own rules."""
+    """Return the options of `rcx run` in a launch, checked by the rules of `rcx run`."""
     made: list[RunOptions] = []
 
     @with_options(RunOptions)
@@ -305,10 +305,11 @@ def _options(arguments: Mapping[str, Any], given: list[Path], *, alone: bool) ->
             if one is not None:
                 line.append(f"{option.opts[0]}={one}")
     try:
-        # After `--` nothing is an option: all the sources of a client stay sources.
+        # After `--` no word is an option, so the sources of a client cannot become options.
         command.main([*line, "--", *files], prog_name="launch", standalone_mode=False)
     except Exception as error:
-        told = getattr(error, "format_message", None)  # typer contains click, or depends on it
+        # some versions of typer contain click, others depend on it
+        told = getattr(error, "format_message", None)
         if told is None:
             raise
         raise InputError(told().rstrip(".")) from None
@@ -326,7 +327,7 @@ def _files(sources: Any) -> list[str]:
 
 
 def _text(key: str, value: Any) -> str:
-    """Return the value of a key that is a text (InputError: it is not)."""
+    """Return the value of a key; raise InputError if it is not a text."""
     if not isinstance(value, str):
         raise InputError(f"{key} is not a text")
     return value
@@ -337,7 +338,7 @@ def _several(value: Any) -> list[Any]:
 
 
 def _name(key: str) -> str:
-    """`onLoss`, `on-loss` and `on_loss` are one option; `for` has another name in Python."""
+    """Return the field of an option, `on_loss` for `onLoss`; `for` has another name in Python."""
     plain = "".join(f"_{c.lower()}" if c.isupper() else c for c in key).replace("-", "_")
     return "duration" if plain == "for" else plain
 

@@ -14,7 +14,15 @@ from rich.console import Console
 
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.farm import FarmOptions, WorkersOrNone
-from rcx_harness.cli.options import Dialect, Lib, Sources, counted, duration_us, with_options
+from rcx_harness.cli.options import (
+    Device,
+    Dialect,
+    Lib,
+    Sources,
+    counted,
+    duration_us,
+    with_options,
+)
 from rcx_harness.spec.wire import SIZE, check_size
 from structured_text.errors import InputError
 from structured_text.output.console import quoted
@@ -29,7 +37,7 @@ if TYPE_CHECKING:
     from structured_text.explore.search import Result
     from structured_text.farm import Farm
 
-#: Called with the number of expanded states and of known states.
+#: Type of a function that is called with the number of expanded states and of known states.
 Report = Callable[[int, int], None]
 
 #: Time between two lines of progress if the output is not a terminal [s].
@@ -43,6 +51,7 @@ class Options(FarmOptions):
     files: Sources
     lib: Lib = None
     dialect: Dialect = None
+    device: Device = ""
     inputs: Annotated[
         list[str] | None,
         typer.Option(
@@ -113,7 +122,8 @@ def explore(given: Options) -> None:
     """
     from structured_text.output.replays import check
 
-    for name in ("broken.toml", "broken.svg"):  # check now: they are written after hours of work
+    # checked now, because these files are written after hours of work
+    for name in ("broken.toml", "broken.svg"):
         check(given.out / name)
     console = Console(stderr=True)
     farm = given.farm(console)
@@ -143,14 +153,15 @@ def _program(given: Options, report: Report, farm: Farm) -> Callable[[], bool]:
             raise InputError(f"--{name} needs --robot", hint="name the robot file, too")
     settings = _settings(given)
     settings = type(settings)(**vars(settings) | {"report": report})
-    found = explore_program(source_files(list(given.files), given.lib), settings, farm)
+    sources = source_files(list(given.files), given.lib, device=given.device)
+    found = explore_program(sources, settings, farm)
 
     def finish() -> bool:
         _print(found, settings)
         broken = found.result.broken
         if broken is None:
             return False
-        stimulus, shown = replay(given.files, given.lib, found, settings, given.out)
+        stimulus, shown = replay(sources, found, settings, given.out)
         more = " --no-robot" if given.no_robot else ""
         more += f" --size {given.size}" if given.size != SIZE else ""
         more += "".join(f" --{one} {k}" for one, k in (("m", given.m), ("n", given.n)) if k)
@@ -171,8 +182,8 @@ def _cell(given: Options, report: Report, farm: Farm) -> Callable[[], bool]:
 
     def finish() -> bool:
         _print_left_out(found.inputs, found.scan_us)
-        print(f"  begin: the scan at {format_us(found.first_us)}, behind the good run")
-        print("  controller: that of the robot file, with its programs, at its own times")
+        print(f"  begin: the scan at {format_us(found.first_us)}, after the good run")
+        print("  controller: as in the robot file, with its programs and its times")
         print("  faults: at most one before a scan, and then no input changes")
         _print_faults(FAULTS, settings.faults)
         _print_result(found.result, found.first_us, found.scan_us)
@@ -186,7 +197,7 @@ def _cell(given: Options, report: Report, farm: Farm) -> Callable[[], bool]:
         ends_us = found.first_us + len(broken.path) * found.scan_us
         _tell(given, stimulus, found.scan_us, ends_us, more)
         if not shown:
-            print("  (replayed it did NOT fail)")
+            print("  (the replay did NOT fail)")
         return True
 
     return finish
@@ -195,6 +206,7 @@ def _cell(given: Options, report: Report, farm: Farm) -> Callable[[], bool]:
 def _tell(given: Options, stimulus: Path, scan_us: int, ends_us: int, more: str) -> None:
     """Print the command that replays a run."""
     lib = f" --lib {quoted(str(given.lib))}" if given.lib is not None else ""
+    lib += f" --device {quoted(given.device)}" if given.device else ""
     files = " ".join(quoted(str(one)) for one in given.files)
     more += "".join(f" --properties {quoted(str(one))}" for one in given.properties or ())
     print(
@@ -289,7 +301,7 @@ def _faults(given: Options, known: Collection[str]) -> list[str]:
 
 
 def _inputs(given: Options, demands: Demands) -> dict[str, list[str]]:
-    """Return the values of all inputs; those of an option go before those of the operator."""
+    """Return the values of all inputs; values from an option replace those of the operator."""
     inputs: dict[str, list[str]] = {}
     for text in given.inputs or []:
         path, has_values, values = text.partition("=")
@@ -316,9 +328,9 @@ def _print(found: Explored, settings: Settings) -> None:
 
     _print_left_out(found.inputs, settings.scan_us)
     for path in found.left:
-        print(f"  {path} stays as it begins (--input {path} changes it)")
+        print(f"  {path} keeps its initial value (--input {path} changes it)")
     if settings.robot:
-        print("  controller: answers as the manual says, one thing before a scan, after any time")
+        print("  controller: answers as in the manual, one answer before a scan, after any time")
         print("  data: responses are 0; nothing moves, no positions, no program of the robot's own")
         _print_faults(FAULTS, settings.faults)
     _print_result(found.result, 0, settings.scan_us)
@@ -326,7 +338,7 @@ def _print(found: Explored, settings: Settings) -> None:
 
 def _print_left_out(inputs: Mapping[str, Sequence[str]], scan_us: int) -> None:
     print("what is explored, and what is left out:")
-    print(f"  time: each scan {format_us(scan_us)} after the last, none earlier or later")
+    print(f"  time: each scan exactly {format_us(scan_us)} after the last")
     for path, values in inputs.items():
         print(f"  input {path}: {', '.join(values)}; at most one input changes before a scan")
 
@@ -352,4 +364,4 @@ def _print_result(result: Result, first_us: int, scan_us: int) -> None:
     elif result.complete:
         print(f"explored to the end: {figures}; no rule is broken")
     else:
-        print(f"BOUND REACHED: {figures}; none breaks a rule, of further ones nothing is known")
+        print(f"BOUND REACHED: {figures}; none breaks a rule, further states are unknown")

@@ -45,7 +45,7 @@ def export(
     ] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace an earlier export.")] = False,
 ) -> None:
-    """Write the library for a PLC tool; `docs/how-to/export.md` says what was checked.
+    """Write the library for a PLC tool; `docs/how-to/export.md` shows the state of each.
 
     Exit code: 0; 1 if a part cannot be exported (nothing is written without
     `--allow-missing`); 2 on errors in the sources or if the output exists.
@@ -61,8 +61,8 @@ def export(
         raise typer.Exit(1)
     done = write_export(output, place, force=force)
     for file in done.removed:
-        print(f"removed: {file}, of the export before")
+        print(f"removed: {file} (from the earlier export)")
     for file in done.kept:
-        print(f"kept: {file}, of the export before, but changed since")
+        print(f"kept: {file} (from the earlier export, changed since then)")
     several = len(done.files) > 1
     print(f"written: {place}" + (f" ({len(done.files)} files)" if several else ""))

@@ -19,7 +19,7 @@ __all__ = ["MOST", "FarmOptions", "WorkersOrNone"]
 MOST = 4096
 
 
-#: The option `--workers` of commands that can also work in their own process.
+#: The option `--workers` of commands that can also work without worker processes.
 WorkersOrNone = Annotated[
     int | None,
     typer.Option(
@@ -32,7 +32,7 @@ WorkersOrNone = Annotated[
 
 @dataclass(frozen=True, kw_only=True)
 class FarmOptions:
-    """The options for workers; a command takes `with_options` of a dataclass built on this."""
+    """The options for workers; a command gets them by `with_options` of a subclass."""
 
     workers: Annotated[
         int | None,

@@ -30,12 +30,12 @@ class JsonOutput:
     """The JSON output of a command, if its option is given.
 
     Args:
-        beginning: The first bytes of every JSON file of this command; a file that begins otherwise
+        beginning: The first bytes of every JSON file of this command; a file with another beginning
             is not overwritten.
         read: Files that the command reads; they are not overwritten either.
 
     Raises:
-        InputError: the file is read, or is something that this command has not written.
+        InputError: the file is an input, or this command has not written it.
     """
 
     def __init__(self, file: Path | None, beginning: str, read: Collection[Path] = ()) -> None:
@@ -45,7 +45,7 @@ class JsonOutput:
             return
         if os.path.isdir(file):
             raise InputError("is a folder, not a file", file=file)
-        if not os.path.isfile(file):  # it is missing, or a device
+        if not os.path.isfile(file):  # the file does not exist, or it is a device
             return
         with file.open("rb") as stream:
             found = stream.read(len(beginning))

@@ -110,7 +110,7 @@ def _print(result: Judgement, *, show: bool, silent: bool) -> None:
         print(legible(text_chart(result.timeline, width, ascii_only=not unicode)))
     if result.chart_end_us is not None:
         end = f"{result.chart_end_us / 1e6:.3f}s"
-        print(f"the chart ends at {end}, where it is full; --from {end} draws what follows")
+        print(f"the chart is full and ends at {end}; use --from {end} for the rest")
     elif not silent:
         print()
     for line in summary(result):

@@ -1,4 +1,4 @@
-"""`rcx mutants`: are the tests of a program worth something?"""
+"""`rcx mutants`: small mistakes in a program, as a check of its tests."""
 
 from __future__ import annotations
 
@@ -44,9 +44,7 @@ class Options(FarmOptions):
     ] = None
     fail_under: Annotated[
         str,
-        typer.Option(
-            help="Exit code 1 if a smaller share of mutants without a reason is killed [%]."
-        ),
+        typer.Option(help="Exit code 1 if fewer of the mutants without a reason are killed [%]."),
     ] = "100"
     reasons: Annotated[
         Path, typer.Option(help="File of survivors that no test can find, with the reason (TOML).")
@@ -92,7 +90,7 @@ def mutants(given: Options) -> None:
     sources, run = source_files(given.files, given.lib), PytestCommand.of(given.word, Path.cwd())
     work = UserMutants(sources, run, written)
     console = Console(stderr=True)
-    with console.status("the tests, with the program as it is ..."):
+    with console.status("running the tests with the unchanged program ..."):
         tests = work.baseline()
     until = None if given.minutes is None else started + 60 * given.minutes
     results = Results(given.folder / "mutants.jsonl", fresh=given.fresh, is_whole=is_outcome)
@@ -102,7 +100,7 @@ def mutants(given: Options) -> None:
     try:
         found = work.judged(tests, judging, farm, reasons)
     except KeyboardInterrupt:
-        print(f"what is done is in {given.folder}; the same call goes on")
+        print(f"finished results are in {given.folder}; the same call continues")
         raise
     rows = given.folder / _ROWS
     write_rows(rows, found["survivors"])
@@ -145,7 +143,7 @@ def _print(found: Mapping[str, Any], show: int, rows: Path) -> None:
     for row in found["rows_without_a_mutant"]:
         print(f"there is no such mutant, so its reason can be deleted: {row}")
     if unexplained:
-        print(f"rows for those that no test can find: {rows}")
+        print(f"rows for mutants that no test can find: {rows}")
     print(_sum(found, len(unexplained)))
 
 
@@ -158,7 +156,7 @@ def _sum(found: Mapping[str, Any], unexplained: int) -> str:
     if explained:
         parts.append(f"{explained} more with a reason")
     if found["not_run"]:
-        parts.append(f"{found['not_run']} NOT RUN YET (the next call goes on)")
+        parts.append(f"{found['not_run']} NOT RUN YET (the next call continues)")
     if found["not_compiling"]:
-        parts.append(f"{found['not_compiling']} do not compile and count for nothing")
+        parts.append(f"{found['not_compiling']} do not compile and are not counted")
     return f"{', '.join(parts)}: {found['score_without_reasons']:.1f} %"

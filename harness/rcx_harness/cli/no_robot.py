@@ -1,4 +1,4 @@
-"""`--no-robot`: a program alone on a bench, in place of a cell."""
+"""`--no-robot`: a program that runs alone on a bench instead of in a cell."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from structured_text.errors import InputError
 
 __all__ = ["Stimulus", "refuse"]
 
-#: Options about a robot, its network, or the charts of both.
+#: Options about a robot, its network, or charts of these.
 _OF_ROBOTS = (
     *("link", "size", "m", "n", "robot", "rpi", "jitter", "timeout", "phases", "on_loss"),
     *("realtime", "panel", "connect", "yes", "input_instance", "output_instance"),
     *("config_instance", "config_data", "address", "positions", "seed", "faults"),
 )
-#: Options by their fields, where these have other names.
+#: Names of the options that differ from the names of their fields.
 _NAMES = {"address": "from"}
 
 
@@ -36,7 +36,7 @@ class Stimulus(stimulus.Stimulus):
 
 
 def refuse(typed: Iterable[str]) -> None:
-    """Refuse typed options, given by the names of their fields, that concern a robot."""
+    """Raise InputError if one of the typed options (names of fields) concerns a robot."""
     for name in typed:
         if name in _OF_ROBOTS:
             option = f"--{_NAMES.get(name, name).replace('_', '-')}"

@@ -1,4 +1,4 @@
-"""Options that several commands have, and their checks, which name the option as it was typed."""
+"""Options that several commands have, and their checks, whose messages name the option."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ __all__ = [
     "with_options",
 ]
 
-#: Most digits of a port or of the number of an instance.
+#: Greatest number of digits of a port or of the number of an instance.
 _DIGITS = 5
 
 #: The sources of a program.
@@ -44,7 +44,7 @@ Sources = Annotated[
     list[Path],
     typer.Argument(help="ST files, projects (PLCopen XML, TwinCAT, L5X, SCL), or folders."),
 ]
-#: Files with bodies for POUs of a project.
+#: Files with Structured Text that replaces POUs of a project.
 Replace = Annotated[
     list[str] | None,
     typer.Option(
@@ -56,7 +56,7 @@ Dialect = Annotated[
     str | None,
     typer.Option(
         help="The PLC tool whose behaviour the program gets, such as codesys or tia. "
-        "Default: that of the project's format, or iec."
+        "Default: the tool of the project's format, or iec."
     ),
 ]
 #: The device of a project.
@@ -74,7 +74,7 @@ _Options = TypeVar("_Options")
 def with_options(
     options: type[_Options],
 ) -> Callable[[Callable[[_Options], None]], Callable[..., None]]:
-    """Let a command have the fields of a dataclass as its arguments and options."""
+    """Add the fields of a dataclass to a command as its arguments and options."""
 
     def made(command: Callable[[_Options], None]) -> Callable[..., None]:
         def with_values(context: typer.Context | None = None, **values: Any) -> None:
@@ -100,7 +100,7 @@ def with_options(
 
 
 def _is_default(context: typer.Context, name: str) -> bool:
-    """Return whether the user has not typed an option; he may type its default value."""
+    """Return whether the user has not typed an option; a typed default value counts as typed."""
     source = context.get_parameter_source(name)
     return source is None or source.name.startswith("DEFAULT")
 
@@ -159,7 +159,7 @@ def interval_us(option: str, text: str) -> int:
 
 
 def host_port(option: str, text: str, port: int) -> tuple[str, int]:
-    """Return host and port of `HOST` or `HOST:PORT` (InputError: another form)."""
+    """Return host and port of `HOST` or `HOST:PORT`; raise InputError for other forms."""
     host, colon, number = text.partition(":")
     if colon:
         right = number.isascii() and number.isdecimal() and len(number) <= _DIGITS
@@ -173,7 +173,7 @@ def host_port(option: str, text: str, port: int) -> tuple[str, int]:
 
 
 def config_instance(text: str) -> int | None:
-    """Return the number of `--config-instance`, or None (InputError: neither)."""
+    """Return the number of `--config-instance`, or None for `none`; else raise InputError."""
     if text.lower() == "none":
         return None
     if not (text.isascii() and text.isdecimal()) or len(text) > _DIGITS:
@@ -183,7 +183,7 @@ def config_instance(text: str) -> int | None:
 
 
 def config_data(text: str) -> bytes:
-    """Return the bytes of `--config-data` (InputError: not hexadecimal)."""
+    """Return the bytes of `--config-data`; raise InputError if it is not hexadecimal."""
     try:
         return bytes.fromhex(text)
     except ValueError:
@@ -192,7 +192,7 @@ def config_data(text: str) -> bytes:
 
 
 def identity_revision(text: str) -> tuple[int, int]:
-    """Return major and minor revision of an identity, `1.1` (InputError: another form)."""
+    """Return major and minor revision of a text such as `1.1`; raise InputError for other forms."""
     major, _, minor = text.partition(".")
     if not (major.isdecimal() and minor.isdecimal()):
         raise InputError(f"{text!r} is not a revision", hint="write it as 1.1")

@@ -1,4 +1,4 @@
-"""An error of the harness's own: one line on stderr, the traceback in a file."""
+"""The report of an internal error: a line on stderr, and the traceback in a file."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def report(error: Exception) -> None:
     what = what if len(what) <= _SHOWN else f"{what[:_SHOWN]}..."
     try:
         where = _written(error)
-    except OSError:  # nowhere to write
+    except OSError:  # no folder can be written
         where = ""
         traceback.print_exception(error)
     hint = f"please report it with {where}" if where else "please report it with the lines above"
@@ -29,7 +29,7 @@ def report(error: Exception) -> None:
 
 
 def _written(error: Exception) -> str:
-    """Write the traceback, with what a report needs, to a new file in the temporary folder."""
+    """Write the traceback, versions and command line to a new file in the temporary folder."""
     try:
         own = version("rcx-harness")
     except PackageNotFoundError:

@@ -41,7 +41,7 @@ dedicated inputs stay OFF, SI(00) among them: the controller is in emergency sto
 
 
 class Action(str, Enum):
-    """The direction: from the controller to the file, or back."""
+    """The action: backup, restore or compare."""
 
     backup = "backup"
     restore = "restore"
@@ -60,9 +60,7 @@ _SHORTEST_US = 100_000
 def points(
     action: Annotated[Action, typer.Argument(help="Action: backup, restore or compare.")],
     host: Annotated[str, typer.Argument(help="Address of the controller, real or virtual.")],
-    file: Annotated[
-        Path, typer.Argument(help="TOML or .ALL: written by backup, read by the others.")
-    ],
+    file: Annotated[Path, typer.Argument(help="TOML or .ALL file, which only backup writes.")],
     kind: Annotated[
         list[str] | None,
         typer.Option(help=f"Only this kind: {', '.join(KINDS)}; may be repeated."),
@@ -92,9 +90,7 @@ def points(
     ] = None,
     timeout: Annotated[
         str,
-        typer.Option(
-            help="Longest wait for each answer of the controller: a command is held until its end."
-        ),
+        typer.Option(help="Longest wait for each answer of the controller."),
     ] = f"{TIMEOUT_US // 1_000_000}s",
     size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = SIZE,
     rpi: Annotated[str, typer.Option(help="Packet interval.")] = "10ms",
@@ -197,7 +193,7 @@ def _check_options(
         raise InputError("--numbers is for backup and compare only", hint="use --kind")
     if action is Action.restore and not write:
         hint = "look at the differences with compare, then add --write"
-        raise InputError("restore changes what the controller stores", hint=hint)
+        raise InputError("restore changes the data of the controller", hint=hint)
     if action is Action.compare and write:
         raise InputError("--write is for restore only")
 
@@ -236,7 +232,7 @@ def _range(text: str) -> range:
     found = re.fullmatch(r"(\d{1,5})(?:-(\d{1,5}))?", text)
     first, last = (int(found[1]), int(found[2] or found[1])) if found else (1, 0)
     if not first <= last < COUNTS["points"]:
-        hint = f"write 0-99 or 5; the last one is {COUNTS['points'] - 1}"
+        hint = f"write 0-99 or 5; the last number is {COUNTS['points'] - 1}"
         raise InputError(f"--numbers {text!r:.40} is not a range of points", hint=hint)
     return range(first, last + 1)
 
@@ -252,7 +248,7 @@ def _keys(kinds: Sequence[str], numbers: range, robots: Sequence[int]) -> list[K
 
 
 def _only(stored: Stored, kinds: Sequence[str], file: Path) -> Stored:
-    """Return the stored data of the wanted kinds only."""
+    """Return only the stored data of the requested kinds."""
     asked = [key for key in stored.asked if not kinds or key[0] in kinds]
     if not asked:
         raise InputError(
@@ -282,7 +278,7 @@ def _save(
         print(f"rcx: {left}: {why}", file=sys.stderr)
     if others:
         robots = ", ".join(str(robot) for robot in sorted({key[1] for key in others}))
-        text = f"left out: hands of robot {robots}: a .ALL file has those of robot 1"
+        text = f"left out: hands of robot {robots}: a .ALL file has only those of robot 1"
         print(f"rcx: {text}", file=sys.stderr)
     if left or others:
         raise typer.Exit(1)

@@ -70,7 +70,7 @@ def probe(
     port: Annotated[int, typer.Option(help="TCP port of the controller.")] = PORT,
     address: Annotated[str, typer.Option("--from", help="Local address for the connection.")] = "",
 ) -> None:
-    """Check at a real controller what the virtual one assumes; you confirm each step.
+    """Check the assumptions of the virtual controller at a real one; you confirm each step.
 
     Steps are sorted by risk: reading only, no motion with the servos off, motion. The command
     writes a report that you can send. It lists each rule as confirmed, refuted or not asked, with
@@ -94,7 +94,7 @@ def probe(
     rpi_us = interval_us("--rpi", rpi)
     _check_date(date)
     files = [out.with_name(out.name + ending) for ending in _ENDINGS]
-    another = "name another one with --out"
+    another = "name another file with --out"
     if os.path.lexists(files[2]):
         raise InputError("already exists", file=files[2], hint=another)
     interactive = not yes_reading

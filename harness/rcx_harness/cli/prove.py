@@ -15,6 +15,7 @@ from rich.table import Table
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.options import (
+    Device,
     Dialect,
     Lib,
     Replace,
@@ -44,6 +45,7 @@ def prove(
     lib: Lib = None,
     replace: Replace = None,
     dialect: Dialect = None,
+    device: Device = "",
     limit: Annotated[str, typer.Option(help="Time for each property.")] = "60s",
     scan: Annotated[
         str, typer.Option(help="Scan period in the runs that break a property.")
@@ -59,7 +61,7 @@ def prove(
     ] = False,
     robot: Annotated[
         list[Path] | None,
-        typer.Option(help="Not allowed: a proof holds for every answer of the robot."),
+        typer.Option(help="Not allowed, because a proof holds for every answer of the robot."),
     ] = None,
     json_file: JsonFile = None,
 ) -> None:
@@ -71,8 +73,7 @@ def prove(
     """
     if robot:
         raise InputError(
-            "a proof takes no robot file: it holds for every answer of the robot, whatever its "
-            "program does",
+            "a proof takes no robot file, because it holds for every answer of the robot",
             hint="leave --robot out, or use rcx explore --robot",
         )
     limit_us, scan_us = duration_us("--limit", limit), duration_us("--scan", scan)
@@ -80,7 +81,7 @@ def prove(
         if not value:
             raise InputError(f"{option} of 0 s is too short", hint=f"use {option} 10ms or longer")
     replaced = replacements(replace)
-    sources = source_files(list(files), lib, replaced, dialect)
+    sources = source_files(list(files), lib, replaced, dialect, device)
     written = JsonOutput(json_file, _BEGINNING, sources.all)
     try:
         from rcx_harness.verify.prove.user import Settings
@@ -107,6 +108,7 @@ def prove(
             tell=tell,
             lib=lib,
             replace=replaced,
+            device=device,
         )
         with using(dialect):
             results, inputs = prove_program(files, settings)
@@ -119,7 +121,7 @@ def prove(
 
 
 def _print(results: list[Result], inputs: list[str]) -> None:
-    print(f"inputs, each of any value in each scan: {', '.join(inputs) or 'none'}")
+    print(f"inputs, with any value in each scan: {', '.join(inputs) or 'none'}")
     table = Table("status", "s", "where", "what", box=None, pad_edge=False)
     colours = {"proved": "green", "refuted": "red", "unknown": "yellow", "noted": "cyan"}
     for one in results:

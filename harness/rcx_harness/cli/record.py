@@ -19,7 +19,7 @@ from structured_text.output.system import told_to_end
 
 __all__ = ["record"]
 
-#: Programs that capture, in the order of preference; they share the options that are used here.
+#: Programs that capture, in the order of preference; the options used here are the same in both.
 _TOOLS = ("dumpcap", "tshark")
 _INSTALL = "install Wireshark, whose tools dumpcap or tshark capture (Debian: apt install tshark)"
 _RIGHTS = "Linux: root, or the group wireshark; macOS: ChmodBPF; Windows: Npcap"
@@ -61,7 +61,7 @@ def record(
     if tool is None:
         raise InputError("neither dumpcap nor tshark was found", hint=_INSTALL)
     if not interface:
-        text = f"--interface is missing; there are: {', '.join(_interfaces(tool))}"
+        text = f"--interface is missing; the interfaces are: {', '.join(_interfaces(tool))}"
         raise InputError(text, hint=_RIGHTS)
     command = [tool, "-q", "-i", interface, "-f", _filter(host or [], port, io_port)]
     command += ["-w", str(file), *(["-a", f"duration:{seconds:g}"] if seconds else [])]
@@ -86,11 +86,11 @@ def _interfaces(tool: str) -> list[str]:
     """Return the names of the interfaces at which the tool can capture."""
     found = programs.run([tool, "-D"], text=True)
     lines = [line.split(maxsplit=1) for line in found.stdout.splitlines()]
-    return [line[1] for line in lines if len(line) > 1] or ["none that you may capture at"]
+    return [line[1] for line in lines if len(line) > 1] or ["none at which you may capture"]
 
 
 def _capture(command: list[str]) -> tuple[int, str]:
-    """Run the tool to its end; return its exit code, and its last line where it failed."""
+    """Run the tool to its end; return its exit code, and its last line if it failed."""
     running: list[programs.Program] = []
     asked = 0
 
@@ -98,7 +98,8 @@ def _capture(command: list[str]) -> tuple[int, str]:
         nonlocal asked
         asked += 1
         for one in running:
-            (one.terminate if asked == 1 else one.kill)()  # first it may write the rest
+            # the tool may first write the remaining packets
+            (one.terminate if asked == 1 else one.kill)()
 
     with told_to_end(end), programs.Program(command, stderr=subprocess.PIPE, text=True) as process:
         running.append(process)

@@ -16,7 +16,7 @@ from structured_text.errors import InputError, legible
 
 __all__ = ["check_robot_files"]
 
-#: Ports of the larger areas are allowed, because the file does not say the size of the areas.
+#: The larger size, because a program file does not contain the size of the areas.
 _SIZE = 256
 
 
@@ -73,7 +73,7 @@ def _of_program(
 def _warnings(file: Path, program: Program, offset: int) -> Iterator[InputError]:
     for line in endless_loops(program):
         yield InputError(
-            "this loop never ends and no time passes in it",
+            "this loop never ends and has no wait",
             file=file,
             line=line + offset,
             hint="add a WAIT or a DELAY; the controller goes on with its other tasks",

@@ -10,12 +10,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from threading import Timer
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from rcx_harness.cell import EVENTS, Cell
 from rcx_harness.cell.build import several
@@ -35,6 +32,7 @@ from rcx_harness.cli.options import (
     replacements,
     with_options,
 )
+from rcx_harness.cli.progress import RunProgress
 from rcx_harness.cli.stopped_programs import busy_programs, program_errors, stopped_program_count
 from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 from rcx_harness.trace import Record, Scan
@@ -70,10 +68,8 @@ _REPORT_S = 0.25
 _SLICES = 400
 #: Errors of blocks that are shown.
 _MOST_ERRORS = 5
-#: Default time-out in real time: this many packet intervals, but at least this time.
+#: Default time-out in real time: number of packet intervals, and shortest time.
 _PATIENT_INTERVALS, _PATIENT_US = 32, 320_000
-#: Shorter work is not reported [s of real time].
-_PATIENCE_S = 2.0
 _MOST_SHOWN = 20
 #: Byte of SI(00) in the area to the robot (manual chapter 5, 2).
 _SI_00 = 32
@@ -84,7 +80,7 @@ _SHORTEST_LINE_US = 1_000
 
 @dataclass(frozen=True)
 class RunOptions(CellOptions):
-    """The options of `rcx run` besides those of the cell."""
+    """The options that `rcx run` has in addition to the options of a cell."""
 
     no_robot: Annotated[
         bool, typer.Option("--no-robot", help="Run the program alone: no areas, no controller.")
@@ -170,9 +166,7 @@ class RunOptions(CellOptions):
     ] = False
     cover_fail_under: Annotated[
         str | None,
-        typer.Option(
-            help="Exit code 1 if a smaller share of statements and branches is covered [%]."
-        ),
+        typer.Option(help="Exit code 1 if less of the statements and branches is covered [%]."),
     ] = None
 
     @property
@@ -182,7 +176,7 @@ class RunOptions(CellOptions):
 
     @property
     def live(self) -> bool:
-        """In real time, over a network with its own jitter."""
+        """Whether the run is in real time, over a network with its own jitter."""
         return self.realtime or self.connect is not None
 
     def where(self) -> Elsewhere | None:
@@ -193,7 +187,7 @@ class RunOptions(CellOptions):
                 raise InputError("--input-instance, --output-instance need --connect", hint=hint)
             return None
         if self.robot:
-            hint = "leave --robot out, its properties are its own"
+            hint = "leave --robot out: the external controller has its own properties"
             raise InputError("--robot is for a virtual controller", hint=hint)
         if self.address:
             check_ipv4("--from", self.address)
@@ -213,7 +207,7 @@ class RunOptions(CellOptions):
         )
 
     def of_cell(self) -> dict[str, Any]:
-        """Return the arguments of `Cell.build`; without an option its default applies."""
+        """Return the arguments of `Cell.build`; an option that is not given has its default."""
         return super().of_cell() | {"seed": self.seed, **self._further()}
 
     def _further(self) -> dict[str, Any]:
@@ -223,16 +217,16 @@ class RunOptions(CellOptions):
         return {name: value for name, value in given.items() if value not in (None, [])}
 
     def bench(self, files: SourceFiles, **more: Any) -> Bench:
-        """Put the program onto a bench, without a robot.
+        """Build a bench with the program, without a robot.
 
-        `more` are the arguments of `Bench.build` that differ from the options.
+        `more` are arguments of `Bench.build` in addition to the options.
         """
         given = {"engine": self.engine, "scan": self.scan, "trace": self.trace}
         return Bench.build(files, **{**given, "watch": self.watch or (), **more})
 
     @property
     def line_us(self) -> int | None:
-        """Time of a line of a chart that is true to scale, 0 for one that fits; None: events."""
+        """Return the time of a line of a chart to scale; 0: chosen to fit; None: events only."""
         if self.scale in ("events", "time"):
             return None if self.scale == "events" else 0
         try:
@@ -250,13 +244,13 @@ class RunOptions(CellOptions):
         if not self.live:
             return self.link
         if self.connect is None and self.link != "enip":
-            raise InputError("only a real network runs in real time", hint="add --link enip")
+            raise InputError("--realtime needs a real network", hint="add --link enip")
         if parse_us(self.jitter):
             raise InputError(
                 "--jitter is for virtual time: in real time the network has its own jitter",
                 hint="remove --jitter",
             )
-        return "enip-realtime"  # of --connect the link is another, whatever is said here
+        return "enip-realtime"  # with --connect the cell uses another link and ignores this one
 
     def _timeout(self) -> str | int | None:
         """Return the time-out; in real time it tolerates delays of this computer."""
@@ -274,7 +268,7 @@ class _Outcome:
     notice: str
     timeline: Timeline
     ever_connected: bool
-    silence: str  # why an external controller has sent nothing
+    silence: str  # reason why no packet of an external controller arrived
     coverage: Outcome | None
 
 
@@ -294,7 +288,7 @@ def run(options: RunOptions) -> None:
     _check_panel(options)
     if (where := options.where()) is not None:
         confirm(where, yes=options.yes)
-    with _Progress() as progress, counting(collector) if collector else nullcontext():
+    with RunProgress() as progress, counting(collector) if collector else nullcontext():
         outcome = _run(options, progress, collector)
     _print_outcome(options, outcome)
     if options.connect is not None and not outcome.ever_connected:
@@ -348,7 +342,7 @@ def _concluded(options: RunOptions, collector: Collector) -> Outcome:
 def _run(
     options: RunOptions, progress: Callable[[int, int], None], collector: Collector | None
 ) -> _Outcome:
-    """Run the program; `progress` is called with the virtual time so far and in all [us]."""
+    """Run the program; `progress` is called with the elapsed and the total virtual time [us]."""
     end_us = duration_us("--for", options.duration)
     if not end_us:
         raise InputError("a run of 0 s shows nothing", hint="use --for 5s")
@@ -405,7 +399,8 @@ def _run(
         except KeyboardInterrupt:
             if options.connect is None and options.panel is None:
                 raise
-            end_us = cell.now_us  # seen enough; the connection is closed, and all is written
+            # Ctrl-C ends the run; the connection is closed and all files are written
+            end_us = cell.now_us
         finally:
             if wave is not None:
                 wave.close()
@@ -429,7 +424,7 @@ def _run(
 
 
 def _errors_of(cell: Bench) -> BlockErrors | None:
-    """Return the errors of the blocks of a cell; they are collected in each scan from now on."""
+    """Return a list to which each scan from now on adds the errors of the blocks of a cell."""
     if not isinstance(cell, Cell):
         return None
     errors = BlockErrors(cell.program)
@@ -443,7 +438,7 @@ def _errors_of(cell: Bench) -> BlockErrors | None:
 
 
 class _Safe:
-    """Notes whether SI(00), the emergency stop input, was ever ON in a run."""
+    """An observer that notes whether SI(00), the emergency stop input, was ever ON in a run."""
 
     def __init__(self) -> None:
         self._ever = False
@@ -454,7 +449,7 @@ class _Safe:
             self._ever = bool(record.si[_SI_00] & 1)
 
     def told(self, cell: Bench, files: SourceFiles, options: RunOptions) -> str:
-        """Return a hint how the robot leaves its emergency stop; empty if it has left it."""
+        """Return a hint how to end the emergency stop; empty if SI(00) was ON."""
         names = [] if self._ever else safety_inputs(*files.users)
         left = [name for name in names if cell[name] is False]
         if not left:
@@ -525,52 +520,8 @@ def _title(options: RunOptions, cell: Bench) -> str:
     return f"{names}: scan {cell.timing.scan_us / 1000:g} ms, RPI {cell.timing.rpi_us / 1000:g} ms"
 
 
-class _Progress:
-    """Progress on stderr: a bar on a terminal, else a plain line every two seconds."""
-
-    def __init__(self) -> None:
-        self._bar = Progress(
-            TextColumn("running"),
-            BarColumn(),
-            TextColumn("{task.completed:.1f} of {task.total:.1f} s"),
-            TimeRemainingColumn(),
-            console=Console(stderr=True),
-            transient=True,
-        )
-        self._task: TaskID | None = None
-        self._told = time.monotonic()
-        self._compiling = Timer(_PATIENCE_S, _say, ["compiling ..."])
-        self._compiling.daemon = True
-
-    def __enter__(self) -> _Progress:
-        self._compiling.start()
-        return self
-
-    def __call__(self, done_us: int, total_us: int) -> None:
-        """Show the progress, in virtual microseconds."""
-        self._compiling.cancel()
-        if not sys.stderr.isatty():
-            if time.monotonic() - self._told >= _PATIENCE_S:
-                self._told = time.monotonic()
-                _say(f"running: {done_us / 1e6:.1f} of {total_us / 1e6:.1f} s")
-            return
-        if self._task is None:
-            self._bar.start()
-            self._task = self._bar.add_task("run", total=total_us / 1e6)
-        self._bar.update(self._task, completed=done_us / 1e6)
-
-    def __exit__(self, *of: object) -> None:
-        self._compiling.cancel()
-        if self._task is not None:
-            self._bar.stop()
-
-
-def _say(text: str) -> None:
-    print(text, file=sys.stderr, flush=True)
-
-
 def _print_outcome(options: RunOptions, outcome: _Outcome) -> None:
-    """Print chart (if wanted), violations and summary."""
+    """Print the chart (if requested), the violations and the summary."""
     cell, violations = outcome.cell, outcome.cell.violations
     if options.show:
         width = min(shutil.get_terminal_size((100, 24)).columns, 120)

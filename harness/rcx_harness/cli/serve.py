@@ -118,14 +118,14 @@ def _addresses(texts: Sequence[str]) -> list[str]:
 
 
 def _check_clashes(addresses: Sequence[str], port: int, io_port: int, web: int | None) -> None:
-    """Refuse ports that would take each other's place."""
+    """Raise InputError if two services would use the same port."""
     if port == io_port:
         raise InputError(
             f"--port and --io-port are both {port}",
             hint="use different ports for explicit and cyclic messages",
         )
     if web == port and _WEB_HOST in addresses:
-        hint = "give the page another"
+        hint = "give the page another port"
         raise InputError(f"--web and --port are both {port} of {_WEB_HOST}", hint=hint)
 
 

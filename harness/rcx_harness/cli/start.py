@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import gc
-import sys  # few imports: Ctrl-C during them would show a traceback
+import sys  # only a few imports, because Ctrl-C during an import shows a traceback
 
 __all__ = ["INTERRUPTED", "main"]
 
-#: Exit code after Ctrl-C, as shells give it.
+#: Exit code of a shell after Ctrl-C.
 INTERRUPTED = 130
 _OWN_ERROR = 3
-#: Exit code where nobody reads on, as shells give it for a process that SIGPIPE has ended.
+#: Exit code of a shell for a process that SIGPIPE has ended: the reader of the output is gone.
 _UNREAD = 141
 
 
@@ -21,7 +21,7 @@ def main() -> int:
         The exit code: 0, 1 or 2; 3 after an error of our own, 130 after Ctrl-C, 143 after SIGTERM,
         141 if the reader of the output has closed the pipe.
     """
-    came: list[int] = []  # signals that end a process as Ctrl-C does
+    came: list[int] = []  # these signals end the command like Ctrl-C
     try:
         from structured_text.output.system import end_as_by_ctrl_c
 
@@ -37,7 +37,8 @@ def main() -> int:
             return 128 + came[0]
         print("rcx: interrupted", file=sys.stderr)
     elif signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        signal.signal(signal.SIGINT, signal.SIG_DFL)  # all is done: the end of Python shows nothing
+        # the command has finished: Ctrl-C now must not show a traceback
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
     return code
 
 
@@ -47,12 +48,14 @@ def _run() -> int:
 
     streams.prepare()
     try:
-        gc.disable()  # the imported objects stay: a collection would take a tenth of the start
+        # the imported objects stay; a garbage collection would take a tenth of the start time
+        gc.disable()
         try:
             from structured_text.output.console import spare_no_character
 
             spare_no_character()
-            from rcx_harness.cli.app import main as command  # most of the first second
+            # this import takes most of the first second
+            from rcx_harness.cli.app import main as command
         finally:
             gc.enable()
         code = command()
@@ -60,7 +63,7 @@ def _run() -> int:
     except UnreadError:
         streams.discard_output()
         return _UNREAD
-    except OutputError as error:  # a full disk
+    except OutputError as error:  # for example a full disk
         streams.discard_output()
         print(f"rcx: standard output cannot be written: {error.strerror}", file=sys.stderr)
         return 2
@@ -75,7 +78,7 @@ def _run() -> int:
 
 
 def _was_interrupted(error: BaseException | None) -> bool:
-    """Return whether Ctrl-C is behind an error: Python wraps one that comes in some calls."""
+    """Return whether Ctrl-C caused an error; in some calls Python wraps KeyboardInterrupt."""
     seen = set[int]()
     while error is not None and id(error) not in seen:
         if isinstance(error, KeyboardInterrupt):

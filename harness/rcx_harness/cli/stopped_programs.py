@@ -11,7 +11,7 @@ from structured_text.output.units import format_us
 __all__ = ["busy_programs", "program_errors", "stopped_program_count"]
 
 _MOST = 5
-#: Full cycles from which on a program is named; a long calculation may fill some.
+#: Number of full cycles after which a program is reported; a long calculation may fill fewer.
 _FULL_CYCLES = 20
 
 
@@ -25,7 +25,7 @@ def stopped_program_count(cell: Cell) -> int:
 
 
 def busy_programs(cell: Cell) -> Iterator[str]:
-    """Yield a line for each program with a loop in which no time passes."""
+    """Yield a line for each program with a loop without a wait."""
     several = len(cell.robots) > 1
     for number, robot in enumerate(cell.robots, 1):
         which = f"controller {number}: " if several else ""
@@ -39,13 +39,13 @@ def busy_programs(cell: Cell) -> Iterator[str]:
 
 
 def program_errors(cell: Cell) -> Iterator[str]:
-    """Yield a line for each of the first errors: when, in which program and line, which alarm."""
+    """Yield a line for each of the first errors, with time, program, line and alarm."""
     several = len(cell.robots) > 1
     for number, robot in enumerate(cell.robots, 1):
         config = robot.config
         ours = {
             config.program_type_alarm: "a value has a wrong type",
-            config.program_stack_alarm: "too many GOSUB or CALL in each other",
+            config.program_stack_alarm: "too many nested GOSUB or CALL",
             config.program_path_alarm: "PATH: no path is defined, or the robot is not at its start",
         }
         which = f"controller {number}: " if several else ""

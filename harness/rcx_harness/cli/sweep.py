@@ -41,7 +41,7 @@ class SweepOptions(VerifyOptions):
             )
         ),
     ] = "emergency_stop,link_down,power_cycle"
-    hold: Annotated[str, typer.Option(help="Duration of faults that last.")] = "500ms"
+    hold: Annotated[str, typer.Option(help="Duration of faults that do not end at once.")] = "500ms"
     duration: Annotated[
         str | None, typer.Option("--for", help="Length of the good run. Default: its last entry.")
     ] = None
@@ -108,7 +108,7 @@ def _swept(options: SweepOptions, stimulus: Path) -> tuple[str, bool]:
         shown = [Shown(by_name[name], min(scans), kind) for (name, kind), scans in found.items()]
         replays = [replay for _, replay in farm.run(work, shown, kept=kept, title="classes")]
     except KeyboardInterrupt:
-        print(f"what is done is in {options.out}; the same call goes on")
+        print(f"finished results are in {options.out}; the same call continues")
         raise
     moments = len(range(0, scans, options.every))
     print(

@@ -49,24 +49,24 @@ class Options:
     ] = None
     junit: Annotated[Path | None, typer.Option(help="Write the results as JUnit XML.")] = None
     duration: Annotated[
-        str, typer.Option("--for", help="Virtual time after which unfinished tests are given up.")
+        str, typer.Option("--for", help="Virtual time after which unfinished tests are stopped.")
     ] = LONGEST
     scan: Annotated[
-        str | None, typer.Option(help="Period of the scan. Default: the task's, or 10ms.")
+        str | None, typer.Option(help="Period of the scan. Default: that of the task, or 10ms.")
     ] = None
     lib: Lib = None
     replace: Replace = None
     dialect: Dialect = None
     device: Device = ""
     coverage: Annotated[
-        bool, typer.Option("--coverage", help="Count which statements and branches run, and MC/DC.")
+        bool, typer.Option("--coverage", help="Measure coverage of statements, branches and MC/DC.")
     ] = False
     coverage_out: Annotated[
-        Path | None, typer.Option(help="Folder of the coverage's report. Default: out/coverage.")
+        Path | None, typer.Option(help="Folder of the coverage report. Default: out/coverage.")
     ] = None
     cover_fail_under: Annotated[
         str | None,
-        typer.Option(help="Exit code 1 where less of statements and branches is covered [%]."),
+        typer.Option(help="Exit code 1 if less of the statements and branches is covered [%]."),
     ] = None
 
 
@@ -104,7 +104,7 @@ def test_(given: Options) -> None:
     if given.junit is not None:
         replace_files({given.junit: junit_xml(results)})
     for note in sources.notes:
-        if f"library {FRAMEWORK.namespace} is" not in note:  # its interface is built in
+        if f"library {FRAMEWORK.namespace} is" not in note:  # the interface of TcUnit is built in
             print(legible(f"note: {note}"))
     print(legible(results_text(results)))
     if given.junit is not None:

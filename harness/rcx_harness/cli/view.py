@@ -1,4 +1,4 @@
-"""`rcx view`: a recording as a page to look at."""
+"""`rcx view`: write a recording as a page for a browser."""
 
 from __future__ import annotations
 
@@ -56,5 +56,5 @@ def view(
         print(f"rcx: no browser was found; open {page} in one", file=sys.stderr)
     if seen.cut is not None:
         error = seen.cut
-        text = f"{error.message}; what comes before is in {page}"
+        text = f"{error.message}; the part before it is in {page}"
         raise InputError(text, file=file, line=error.line, hint=error.hint)

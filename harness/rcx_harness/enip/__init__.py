@@ -1,4 +1,5 @@
 """The virtual controller as an EtherNet/IP adapter, and a scanner to exchange its areas.
 
-cpppo holds the adapter's objects; `objects` alone imports it, in the adapter's own process.
+The package cpppo holds the adapter's objects; only `objects` imports it, in the process of the
+adapter.
 """

@@ -1,9 +1,9 @@
 """A child process that serves a part of the network, and the handle that its parent holds.
 
-Its settings are the JSON in its only argument. It writes JSON objects, one per line, to standard
-output: first where it listens, or why it cannot. It ends when its standard input ends, which
-happens with the parent at the latest. If the system can fork, a child of such a process is a copy
-of it.
+Its only argument contains the settings as JSON. It writes JSON objects, one per line, to standard
+output; the first has the address at which it listens, or the reason why it cannot listen. It ends
+when its standard input ends, at the latest with its parent. If the system can fork, a child of such
+a process is a copy of it.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Child:
 
     def stop(self) -> None:
         """End the process by closing its standard input, and kill it if it does not end."""
-        with suppress(OSError):  # it has ended with an order unread
+        with suppress(OSError):  # the process has ended and has not read all orders
             self.orders.close()
         try:
             self.process.wait(_STOP_S)
@@ -94,7 +94,7 @@ def how_ended(code: int | None) -> str:
     if code is None:
         return "it does not answer any more"
     if code < 0:
-        with suppress(ValueError):  # a number without a name
+        with suppress(ValueError):  # a signal without a name
             return f"killed by {signal.Signals(-code).name}"
         return f"killed by signal {-code}"
     return f"exit code {code}"

@@ -3,8 +3,8 @@
 A PLC's configuration tool reads such a file to know the device and the connections it takes. The
 format is that of the Common Industrial Protocol, volume 1, chapter 7: sections of entries, each
 entry a list of fields, a comment from `$` to the end of the line. `eds.txt` is the sheet with
-placeholders. Its date is fixed, so that the sheet says the same whenever it is written. The
-vendor's own file belongs to the real controller; nothing of it is in here.
+placeholders. Its date is fixed, so that the text does not depend on the day. The sheet contains
+nothing of the vendor's file for the real controller.
 """
 
 from __future__ import annotations
@@ -35,7 +35,8 @@ def eds_text(
     check_size(size)
     least_us = (options or AdapterOptions()).rpi_min_us
     values = asdict(identity or Identity())
-    values["device_type"] = f"{values['device_type']};"  # aligns the comment after it
+    # pads the entry so that comments are aligned
+    values["device_type"] = f"{values['device_type']};"
     return _SHEET.read_text(encoding="ascii").format(
         **values,
         intervals=f"{least_us},{RPI_MAX_US},{max(_USUAL_RPI_US, least_us)},",

@@ -1,4 +1,4 @@
-"""The errors of the network, as the caller sees them."""
+"""The errors of the network that callers catch."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ __all__ = ["CipError", "EnipError", "ProcessDiedError"]
 
 
 class EnipError(InputError):
-    """The EtherNet/IP exchange failed: no connection, no answer in time, or not an answer."""
+    """The EtherNet/IP exchange failed: no connection, no answer in time, or an invalid answer."""
 
 
 class ProcessDiedError(EnipError):
@@ -19,7 +19,7 @@ class ProcessDiedError(EnipError):
 
 
 class CipError(EnipError):
-    """The device answered, and refused.
+    """The device has refused a request.
 
     Args:
         request: The request in words.
@@ -29,7 +29,8 @@ class CipError(EnipError):
         self.status = status
         self.extended = extended
         reasons = [f"0x{status:02X}, {status_text(status)}"]
-        # Only the Connection Manager's words have names; its general status is this one.
+        # Extended status words have names only for the Connection Manager, with this general
+        # status.
         if status == Status.CONNECTION_FAILURE:
             reasons += [f"0x{code:04X}, {extended_text(code)}" for code in extended[:1]]
         super().__init__(f"{request} was refused: {'; '.join(reasons)}")

@@ -17,7 +17,7 @@ __all__ = ["AdapterLink", "LockstepLink"]
 
 
 class AdapterLink:
-    """The robot's end of a link to an adapter, which uses the adapter's memory."""
+    """The robot's end of a link to an adapter; it accesses the adapter's memory."""
 
     name = "enip"
 
@@ -26,7 +26,7 @@ class AdapterLink:
         self.adapter = adapter
 
     def robot_read(self) -> bytes:
-        """Return assembly 150, as the controller's adapter received it last."""
+        """Return assembly 150, as the adapter has received it last."""
         return self.adapter.read_to_robot()
 
     def robot_write(self, image: bytes) -> None:
@@ -42,8 +42,8 @@ class LockstepLink(AdapterLink):
     of all calls before it, as with a `DirectLink`.
 
     Raises:
-        InputError: another size, or the adapter did not start.
-        ProcessDiedError: from every call of the scanner's: the adapter's process has ended.
+        InputError: the size is wrong, or the adapter did not start.
+        ProcessDiedError: from the two calls of the master, if the adapter's process has ended.
     """
 
     def __init__(self, size: int = SIZE) -> None:
@@ -65,13 +65,13 @@ class LockstepLink(AdapterLink):
             return self._client.get_assembly(TO_MASTER)
 
     def close(self) -> None:
-        """End the session and the adapter's process; more than once does no harm."""
+        """End the session and the adapter's process; do nothing if they have ended."""
         self._client.close()
         self.adapter.close()
 
     @contextmanager
     def _telling_of_its_end(self) -> Iterator[None]:
-        """Raise ProcessDiedError instead of a time-out if the adapter's process has died."""
+        """Raise ProcessDiedError instead of a time-out if the adapter's process has ended."""
         try:
             yield
         except CipError:

@@ -26,9 +26,9 @@ KINDS = {
 }
 #: Configuration instances that a connection may name; naming one is optional.
 CONFIGURATIONS = (1, 5, 151)
-#: Largest accepted packet interval [us], as of the RCX3's predecessor.
+#: Largest accepted packet interval [us]; the RCX3's predecessor has this value.
 RPI_MAX_US = 3_200_000
-#: Silence after which a TCP connection is closed, until a scanner sets another time [s].
+#: Silence after which a TCP connection is closed [s]; a scanner may set another time.
 INACTIVITY_S = 120
 
 
@@ -36,9 +36,9 @@ INACTIVITY_S = 120
 class Identity:
     """The Identity object's attributes 1 to 7.
 
-    The device type is the manual's (chapter 5, section 4). Vendor, product code and revision are
-    assumed: they are those of the RCX3's predecessor, because the RCX3's own are not known. A
-    scanner that checks its electronic key may need others.
+    The manual gives the device type (chapter 5, section 4). Vendor, product code and revision of
+    the RCX3 are not known; the values of its predecessor are assumed. A scanner that checks the
+    electronic key may need other values.
     """
 
     vendor: int = 636
@@ -73,10 +73,10 @@ class AdapterOptions:
 
     Args:
         rpi_min_us: Smallest accepted packet interval in microseconds, at least 1 ms. Assumed: 2 ms,
-            as of the RCX3's predecessor.
+            the value of the RCX3's predecessor.
         first_packet_us: Upper limit of the wait for the first packet of a cyclic connection, in
-            microseconds. Assumed: 10 s, the minimum of CIP. Without this limit, CIP lets a master
-            that never sends hold its connection for up to 512 intervals.
+            microseconds. Assumed: 10 s, the minimum of CIP. Without this limit, a master that never
+            sends can hold its connection for up to 512 intervals.
     """
 
     rpi_min_us: int = 2_000

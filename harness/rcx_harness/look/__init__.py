@@ -1,1 +1,1 @@
-"""A look at a controller: its areas, its identity, its signals in plain words."""
+"""Tools that look at a controller: they show, record, judge and compare its areas and signals."""

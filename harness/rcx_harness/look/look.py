@@ -1,4 +1,4 @@
-"""Observe a controller through a cyclic connection, as a PLC has it (`rcx scan`)."""
+"""The observation of a controller over a cyclic connection like that of a PLC (`rcx scan`)."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _WORDS_HINT = (
 )
 _FIRST_S = 10.0
 _DIGITS = 5
-#: Options of `rcx scan` that the remedy for a refusal may name.
+#: Options of `rcx scan` that a hint after a refusal may name.
 _OPTIONS = (
     *("--write", "--listen-only", "--heartbeat", "--input-instance"),
     *("--config-data", "--config-instance"),
@@ -76,8 +76,8 @@ def output_image(writes: Sequence[str], size: int) -> bytes:
     """Return assembly 150 with the given values; everything else is 0.
 
     A write is `SI00=1` for a dedicated input (by any of its names), `SI(20)=1` for a general
-    purpose bit, or `SIW(2)=0x1234` for a word; `SIW(0)` is the code of a remote command. Areas of
-    other devices are written by byte: `3=0x12`.
+    purpose bit, or `SIW(2)=0x1234` for a word. `SIW(0)` is the code of a remote command. Areas of
+    other devices are written by byte, for example `3=0x12`.
     """
     image = bytearray(size)
     for entry in writes:
@@ -110,8 +110,8 @@ def scan(options: ScanOptions, tell: Callable[[str], None]) -> bool:
         True if the connection held; False if it was lost.
 
     Raises:
-        InputError: the options are wrong; the controller does not answer, refuses, or sends no
-            packet.
+        InputError: the options are wrong, or the controller does not answer, refuses or sends
+            nothing.
     """
     asked = options.assemblies
     image = output_image(options.writes, asked.output_size)
@@ -137,7 +137,7 @@ def scan(options: ScanOptions, tell: Callable[[str], None]) -> bool:
         seen = _Seen(options, image if scanner.connection.is_owner else b"")
         try:
             held = _watch(scanner, first.image, options.duration_us, tell, seen)
-        except KeyboardInterrupt:  # enough seen; what came until then still counts
+        except KeyboardInterrupt:  # the changes until Ctrl-C are shown
             held = True
         finally:
             seen.close()
@@ -146,7 +146,7 @@ def scan(options: ScanOptions, tell: Callable[[str], None]) -> bool:
 
 
 def _open(scanner: Scanner, options: ScanOptions) -> None:
-    """Open, and give a hint where the refusal has a usual remedy."""
+    """Open the connection; if it is refused, add the usual remedy as a hint."""
     try:
         scanner.open()
     except CipError as error:
@@ -227,7 +227,7 @@ class _Seen:
         self._looks += 1
 
     def close(self) -> None:
-        """Write the last look and close the file."""
+        """Write the last sample and close the file."""
         self._note()
         if self._trace is not None:
             self._trace.close()
@@ -294,7 +294,7 @@ def _place(name: str, size: int) -> tuple[int, int | None, int]:
         return 2 * int(name.strip(" )")[-1]), None, 2
     try:
         place = port(name)
-    except InputError:  # its message is about outputs, which a robot program may write
+    except InputError:  # the message of `port` is about outputs, and does not apply here
         place = None
     if place is None or place.output or place.bank:
         hint = _WORDS_HINT if name.upper().startswith(("SIW", "SID")) else _WRITE

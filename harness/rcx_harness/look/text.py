@@ -53,7 +53,7 @@ def identity_lines(attributes: bytes) -> Iterator[str]:
 
 
 def area_lines(area: bytes, letter: str) -> Iterator[str]:
-    """Yield the lines of an area: every dedicated bit, and all other values that are not 0.
+    """Yield the lines of an area: all dedicated bits, and the other values that are not 0.
 
     `letter` is `O` for the robot's outputs (assembly 100), `I` for its inputs (assembly 150).
     """
@@ -68,7 +68,7 @@ def area_lines(area: bytes, letter: str) -> Iterator[str]:
 
 
 def byte_lines(area: bytes) -> Iterator[str]:
-    """Yield an assembly in hexadecimal, 16 bytes a line, each with the number of its first byte."""
+    """Yield an assembly in hexadecimal: 16 bytes per line, with the number of the first byte."""
     for at in range(0, len(area), _BYTES_A_LINE):
         yield f"  {at:>4}  {area[at : at + _BYTES_A_LINE].hex(' ')}"
 
@@ -92,11 +92,11 @@ def telegram_lines(to_master: bytes, to_robot: bytes | None) -> Iterator[str]:
     elif answer[0] != READY:
         yield f"  no command; remote status {format_word(answer[0])}: {response_text(0, answer)}"
     else:
-        yield "  no command, ready for one"
+        yield "  no command, ready for a command"
 
 
 def change_lines(before: bytes, after: bytes, letter: str) -> Iterator[str]:
-    """Yield the differences of the second of two areas of the same length."""
+    """Yield the changes from the first to the second of two areas of the same length."""
     for signal in _dedicated(letter):
         if _level(before, signal) != _level(after, signal):
             yield f"{signal.signal} {_level(after, signal)}  {signal.title}"

@@ -16,7 +16,7 @@ from structured_text.errors import InputError
 
 __all__ = ["Seen", "view_file"]
 
-#: Entries of a header whose records `judge` does not pass on.
+#: Entries of a header that announce records which `judge` does not pass on.
 _OWN = {"positions", "programs"}
 
 
@@ -26,7 +26,7 @@ class Seen:
 
     Attributes:
         broken: Number of broken rules.
-        cut: Why the recording ends too early; None if it does not. The page shows everything
+        cut: The error at which the recording ends too early, or None. The page shows the part
             before.
     """
 
@@ -42,12 +42,12 @@ def view_file(
 ) -> Seen:
     """Return the page of a recording: a trace, or a capture (pcapng, pcap).
 
-    What nobody has judged yet, a capture or a trace of `rcx serve` or `rcx scan`, is judged first,
-    so that the broken rules of both sides are in the page. What has positions or robot programs
-    keeps them: its own records are shown then, with the broken rules among them.
+    A capture or a trace of `rcx serve` or `rcx scan` is judged first, so that the page contains the
+    broken rules of both sides. If a trace has positions or robot programs, the page shows its own
+    records, with the broken rules among them.
 
     `hosts` are addresses of the controllers in a capture, four bytes each. `progress` is called
-    with the share of the file that has been read.
+    with the part of the file that has been read.
     """
     if is_judged(file):
         return _view(read_trace(file, progress), file)

@@ -40,7 +40,7 @@ def new_project(
 
     `name` is the cell's name in the README, by default that of the folder. `ci` is `"github"`,
     `"gitlab"`, `"jenkins"` or `"all"`. `robot` is a model of docs/reference/robots.md; by default
-    the axes are X, Y, Z and R themselves.
+    each axis is a coordinate: X, Y, Z, R.
 
     Returns:
         The files, relative to the folder.
@@ -68,7 +68,7 @@ def new_project(
 
 
 def _points(model: RobotModel) -> list[list[int]]:
-    """Two places in pulses that it reaches."""
+    """Two positions in pulses that the robot can reach."""
     return [
         [
             round(joint.zero + (joint.low + share * (joint.high - joint.low)) * per)
@@ -80,7 +80,7 @@ def _points(model: RobotModel) -> list[list[int]]:
 
 
 def _robot(name: str | None) -> dict[str, str]:
-    """Return the robot file's part for a model; without a model it defines its own axes."""
+    """Return the lines of the robot file for a model, or for own axes without a model."""
     if name is None:
         return {"@ROBOT@": ""} | {f"@POINT{k}@": str(at) for k, at in enumerate(_PLACES, 1)}
     models = robot_models()

@@ -23,10 +23,10 @@ SOFT_LIMIT = "2.334"
 
 
 class CommandError(Exception):
-    """The reason why a remote command ends abnormally: the number of an alarm (`"12.600"`).
+    """The abnormal end of a remote command, with the number of its alarm (`"12.600"`).
 
-    `response` are response fields that are shown as well (a jog that was stopped). `axis` is the
-    axis of the robot from which the alarm comes, 1 to 6, or 0.
+    `response` has fields of the response that are shown in spite of the alarm, such as the position
+    of a stopped jog. `axis` is the robot axis that caused the alarm, 1 to 6; 0: no single axis.
     """
 
     def __init__(
@@ -42,8 +42,8 @@ class CommandError(Exception):
 class Place:
     """The place where an alarm occurred, as the message reference reports it (guide, 4.7.7).
 
-    `kind` is 0 robot, 1 controller or 2 task. `detail` within it is 0 all, 1 axis, 2 motor, 3
-    option slot or 4 task. `number` and `detail_number` are the numbers of both.
+    `kind` is 0 (robot), 1 (controller) or 2 (task), and `number` is its number. `detail` is 0
+    (all), 1 (axis), 2 (motor), 3 (option slot) or 4 (task), and `detail_number` is its number.
     """
 
     kind: int
@@ -56,8 +56,7 @@ class Place:
 class ActiveAlarm:
     """An alarm by its number `"12.600"`, and the time at which it was raised [us].
 
-    A serious alarm turns SO(03) ON until it is reset. Without a `place` it came from the
-    controller.
+    A serious alarm turns SO(03) ON until it is reset. Without a `place` the controller raised it.
     """
 
     number: str
@@ -69,7 +68,7 @@ class ActiveAlarm:
 class AlarmList:
     """The active alarms, the history (oldest first, the latest `length` alarms) and the warning.
 
-    `latest_of_command` is the alarm with which a remote command ended last.
+    `latest_of_command` is the alarm of the latest remote command that ended abnormally.
     """
 
     def __init__(self, length: int = 500) -> None:

@@ -1,4 +1,4 @@
-"""The two areas as bytes: dedicated bits by name, words, and outputs that a test holds."""
+"""The bytes of the input area and the output area: dedicated bits, words and held outputs."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ class Overlay:
         return list(self._parts)
 
     def apply(self, area: bytearray) -> None:
-        """Write the held outputs into `area`."""
+        """Write the held and forced outputs into `area`."""
         for parts in self._parts.values():
             for at, mask, value in parts:
                 area[at] = area[at] & ~mask | value

@@ -17,22 +17,22 @@ __all__ = ["BRAKE", "FREE", "SERVO", "Arm", "RobotSettings", "Servos", "Settings
 
 #: Servo state of an axis, as the servo status reference answers it (guide, 4.7.3).
 BRAKE, SERVO, FREE = 0, 1, 2
-#: Hand systems, as points and commands have them (guide, 4.2.1).
+#: Numbers of the hand systems in points and commands (guide, 4.2.1).
 _RIGHT, _LEFT = 1, 2
 #: Places of the axes that turn the arms of a SCARA robot.
 _PLANE = (0, 1)
-#: The max. torque command value that the parameter gives [%].
+#: Default of the max. torque command value [%].
 _FULL_TORQUE = 100
 #: Highest speed of the tool on lines and arcs [mm/s]: SCARA robots, all others (guide, 4.2.1).
 _SCARA_SPEED, _LINE_SPEED = 1000.0, 750.0
 
 
 class Servos:
-    """The motor power and the servo state of each axis; at first all are off and braked.
+    """The motor power and the servo state of each axis; initially off, with all brakes applied.
 
     Attributes:
         motor_power: Whether the motor power is ON; without it no servo is ON.
-        states: Per index into the axes: BRAKE, SERVO or FREE.
+        states: BRAKE, SERVO or FREE of each axis of the controller.
     """
 
     def __init__(self, axes: int) -> None:
@@ -45,7 +45,7 @@ class Servos:
         self.set(range(len(self.states)), SERVO)
 
     def switch_all_off(self, *, keep_free: bool = False) -> None:
-        """Switch motor power and all servos OFF, with all brakes, or all but those of free axes."""
+        """Switch motor power and servos OFF; apply all brakes, or all except those of free axes."""
         self.motor_power = False
         kept = (FREE,) if keep_free else ()
         self.states = [state if state in kept else BRAKE for state in self.states]
@@ -87,8 +87,9 @@ class Settings:
     """The settings of all robots.
 
     Attributes:
-        torque: Per index into the axes: max. torque command value [%].
-        torque_in_effect: Per index: the value that the axis' last movement has taken over [%].
+        torque: Max. torque command value of each axis of the controller [%].
+        torque_in_effect: The value of `torque` at the start of the latest movement of each axis
+            [%].
     """
 
     def __init__(self, config: RobotConfig) -> None:
@@ -107,7 +108,7 @@ class Settings:
         self.restore_torque()
 
     def restore_torque(self) -> None:
-        """Restore the torque of the parameter on every axis."""
+        """Restore the default torque on every axis."""
         self.torque = [_FULL_TORQUE] * len(self._config.axes)
         self.torque_in_effect = list(self.torque)
 
@@ -131,15 +132,15 @@ class Settings:
 
 
 class Arm:
-    """One robot of the controller: its axes by their places, 0 to 5, its position and its settings.
+    """One robot of the controller: its axes (places 0 to 5), its position and its settings.
 
-    It reads the controller's state and has no state of its own.
+    It reads the state of the controller and has no state of its own.
 
     Attributes:
         number: 1 to 4.
         indices: Indices of its axes in the controller; empty if the robot does not exist.
         model: Its type, if the robot file names one.
-        scara: It is a SCARA robot.
+        scara: Whether it is a SCARA robot.
     """
 
     def __init__(
@@ -184,7 +185,8 @@ class Arm:
         if self.model and self.model.scara:
             arm1, arm2 = (1000 * arm for arm in self.model.arms)
             offset = 0.0
-            if not hand.on_r_axis:  # a hand that is not on the R axis changes arm 2 (guide, 4.3.5)
+            # a hand that is not on the R axis changes length and angle of arm 2 (guide, 4.3.5)
+            if not hand.on_r_axis:
                 offset = 1000 * tool[0] / self.axes[1].pulses_per_mm
                 arm2, tool = arm2 + tool[1], (0, 0, tool[2])
             kinematics = Scara(arm1, arm2, offset, left=hand_system == _LEFT)
@@ -202,7 +204,7 @@ class Arm:
     def hand_system(self) -> int:
         """Return the current hand system: 1 right-handed, 2 left-handed.
 
-        If the file names the robot's type, it follows from the joints, else from the last command.
+        If the robot file names the robot's type, the joints decide, else the last command.
         """
         if not (self.model and self.model.scara):
             return _RIGHT + self.settings.arm_status
@@ -242,7 +244,7 @@ class Arm:
         return tuple(data[: len(self.axes)])
 
     def place_pulses(self, place: int, value: int, *, mm: bool) -> int:
-        """Convert a coordinate of one axis to pulses; in mm the others keep their values."""
+        """Convert a coordinate of one axis to pulses; in mm all other coordinates stay constant."""
         if not mm:
             return value
         frame = self.frame
@@ -255,14 +257,14 @@ class Arm:
         return round(frame.to_pulses(position)[place])
 
     def way_pulses(self, place: int, value: int, *, mm: bool) -> int:
-        """Convert the way of one axis to pulses, along that axis."""
+        """Convert a distance along one axis to pulses."""
         return round(value * self.axes[place].pulses_per_mm / 1000) if mm else value
 
     def beyond(self, ways: Mapping[int, float], *, mm: bool, hand: int = 0) -> dict[int, int]:
-        """Return the target if each of these coordinates changes by its way [pulses or 0.001 mm].
+        """Return the target if each coordinate changes by its distance [pulses or 0.001 mm].
 
-        In millimetres these are the coordinates of the tool; other axes may have to move for them.
-        `hand` is the hand system at the target, 0: the current one.
+        In millimetres the coordinates are those of the tool, so that other axes may have to move,
+        too. `hand` is the hand system at the target, 0: the current one.
         """
         start = self.here
         if not mm:

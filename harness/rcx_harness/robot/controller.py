@@ -42,14 +42,15 @@ class _State:
         self.forget_master()
 
     def forget_master(self) -> None:
-        """Reset everything that is known of the master, as after power-on."""
+        """Reset everything that came from the master, as after power-on."""
         config = self.machine.config
         self.inputs = DedicatedInputs(config, self.findings)
         self.handshake = Handshake(config, self.findings)
         self.was_connected: bool | None = None  # None: not checked since power-on
         self.seen: bytes | None = None
         self.area = bytes(config.size)
-        self.wake_us: int | None = 0  # next cycle that has work to do without a new image
+        # time of the next cycle that has work to do without a new image
+        self.wake_us: int | None = 0
 
 
 class Controller:
@@ -69,7 +70,7 @@ class Controller:
         """Run one controller cycle.
 
         Args:
-            now_us: Time of the cycle, later than that of the one before [us].
+            now_us: Time of the cycle, later than that of the cycle before [us].
             si: The area that the master sends (n to n + size - 1); None without a connection.
 
         Returns:
@@ -77,10 +78,10 @@ class Controller:
         """
         state = self._state
         state.now_us = now_us
-        # Skip idle cycles: the image is the one of the last cycle, and nothing is due by itself.
-        # The result is the same as that of a full cycle. Random delays are drawn only when an
-        # answer is scheduled, so skipping does not shift later draws. Every method that changes
-        # the state from outside sets `wake_us` to 0, and the next cycle is then executed.
+        # Skip idle cycles: the image has not changed, and the controller has nothing due. The
+        # result is the same as that of a full cycle. Random delays are drawn only when an answer is
+        # scheduled, so skipping does not shift later draws. Every method that changes the state
+        # from outside sets `wake_us` to 0, and the next cycle is then executed.
         if si == state.seen and (state.wake_us is None or now_us < state.wake_us):
             return state.area
         if si is not None and len(si) != self.config.size:
@@ -193,7 +194,7 @@ class Controller:
 
     @property
     def commands_executed(self) -> int:
-        """Return the number of remote commands that have ended, normally or not, since power-on."""
+        """Return the number of remote commands that have ended (normally or not) since power-on."""
         return self._state.handshake.executed
 
     @property
@@ -227,7 +228,7 @@ class Controller:
         self._state.wake_us = 0
 
     def release(self, name: str) -> None:
-        """End `hold` or `force` of an output."""
+        """End the effect of `hold` or `force` on an output."""
         for one in ("Status", "SOW(0)") if name == "Status" else (name,):
             self._state.overlay.remove(one)
         self._state.wake_us = 0
@@ -248,7 +249,7 @@ class Controller:
             InputError: the snapshot is not one of a controller with this configuration.
         """
         if not isinstance(snapshot, _State) or snapshot.machine.config != self.config:
-            raise InputError("this snapshot is from a different controller")
+            raise InputError("this snapshot is from a controller with another configuration")
         self._state = copy.deepcopy(snapshot)
 
     def _take_inputs(self, si: bytes | None) -> None:

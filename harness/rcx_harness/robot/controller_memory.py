@@ -1,4 +1,4 @@
-"""The controller's stored data: they survive a power cycle; remote commands read and write them."""
+"""The stored data of the controller. They survive a power cycle; remote commands use them."""
 
 from __future__ import annotations
 
@@ -226,8 +226,8 @@ def _result(first: _Number, operator: str, second: _Number) -> _Number:
 def _weights(pallet: Pallet, work: int) -> Mapping[int, Fraction]:
     """Return the weight of each defining point for a work position.
 
-    The corners 0 to 3 are weighted bilinearly in X and Y. The end in Z adds the vector from the
-    first point with its own weight, so the weight of the first point is reduced by it.
+    The corners 0 to 3 are weighted bilinearly in X and Y. The end in Z adds a part of the vector
+    from the first point to that end, so the weight of the first point is reduced by this part.
 
     Work positions count from 1; X counts first, then Y, then Z.
 
@@ -254,5 +254,5 @@ def _interpolated(
 
 
 def _share(index: int, count: int) -> Fraction:
-    """Return the part of the way from the first to the last of `count` positions."""
+    """Return the part of the distance from the first to the last of `count` positions."""
     return Fraction(index, count - 1) if count > 1 else Fraction(0)

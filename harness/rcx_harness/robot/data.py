@@ -57,7 +57,7 @@ class Torques:
     configuration. The max. torque command value limits the sum.
 
     Attributes:
-        directions: Per axis its direction in the last cycle: -1, 0 or 1.
+        directions: Direction of each axis in the last cycle: -1, 0 or 1.
     """
 
     def __init__(self, config: RobotConfig, servos: Servos, settings: Settings) -> None:
@@ -92,9 +92,9 @@ class Accumulated:
     """Counts, times and distances that survive a power cycle; commands reset them (guide, 4.8).
 
     Attributes:
-        servo_on_counts: Per axis, how often its servo was switched ON.
-        servo_on_us: Per axis, how long its servo was ON [us].
-        distances: Per axis, its accumulated way [pulses].
+        servo_on_counts: For each axis, how often its servo was switched ON.
+        servo_on_us: For each axis, how long its servo was ON [us].
+        distances: Moving distance of each axis [pulses].
         power_on_count: How often the controller was switched ON.
         motor_power_on_count: How often the motor power was switched ON.
         operating_us: How long the controller was ON [us].
@@ -112,12 +112,12 @@ class Accumulated:
         self.power_on_count = self.motor_power_on_count = self.operating_us = 0
 
     def power_on(self) -> None:
-        """Count that the controller is switched ON."""
+        """Count a power-on of the controller."""
         self.power_on_count += 1
         self._since_us = None
 
     def observe(self, now_us: int, positions: list[int], servos: Servos) -> None:
-        """Update the data; called in every cycle with changes, while the power is ON."""
+        """Update the data; called in every cycle that is not skipped, while the power is ON."""
         if self._since_us is not None:
             passed_us = now_us - self._since_us
             self.operating_us += passed_us
@@ -171,7 +171,7 @@ class Definition:
     option2: int = 0
 
     def name(self, config: RobotConfig) -> str:
-        """Return the name of the quantity; empty if the configuration does not name the item."""
+        """Return the name of the quantity; empty if the configuration has no name for the item."""
         return config.real_time_items.get(self.item, "")
 
     def axis(self, config: RobotConfig) -> int | None:
@@ -180,7 +180,7 @@ class Definition:
         return every[self.option2 - 1] if 1 <= self.option2 <= len(every) else None
 
     def sound(self, config: RobotConfig) -> bool:
-        """Return whether the item needs no axis, or its axis exists."""
+        """Return whether the axis of the item exists, or the item needs none."""
         of_axis = self.name(config).removesuffix(HIGH_WORD) in QUANTITIES_OF_AXIS
         return not of_axis or self.axis(config) is not None
 
@@ -189,8 +189,8 @@ class RealTimeOutput:
     """The real time output: its definitions and its current words.
 
     Attributes:
-        enabled: The words are put out.
-        definitions: By number of the word, 24 to 127.
+        enabled: Whether the words are output.
+        definitions: Definition of each word by its number, 24 to 127.
     """
 
     def __init__(self, config: RobotConfig) -> None:
@@ -206,21 +206,21 @@ class RealTimeOutput:
         self._due_us = 0
 
     def enable(self, enabled: bool) -> None:
-        """Start or stop the output; without it the words belong to the robot programs."""
+        """Start or stop the output; while it is stopped, the words belong to the robot programs."""
         self.enabled = enabled
         self._due_us = 0
         if not enabled:
             self.words.clear()
 
     def next_due_us(self) -> int | None:
-        """Return when the next update is due; None if nothing is put out."""
+        """Return the time of the next update [us]; None if no word is output."""
         return self._due_us if self.enabled and self.definitions else None
 
     def observe(self, now_us: int, read: Callable[[str, int], int]) -> None:
         """Update the words at the interval of the configuration.
 
-        `read` returns a quantity as a word, by its name and the index of the axis. An item without
-        a name is 0.
+        `read` is called with the name of a quantity and the index of the axis, and returns a word.
+        An item without a name is 0.
         """
         config = self._config
         if not self.enabled or now_us < self._due_us or config.size < EXTENDED_SIZE:
@@ -286,7 +286,7 @@ class Data:
         }
 
     def _of_system(self) -> dict[str, int]:
-        """Return the quantities of the controller; times in s."""
+        """Return a quantity of the controller; times in s."""
         return {
             "power_on_count": self.accumulated.power_on_count,
             "motor_power_on_count": self.accumulated.motor_power_on_count,

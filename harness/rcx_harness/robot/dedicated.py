@@ -1,7 +1,7 @@
-"""The dedicated inputs as the controller recognises them: edges, levels and the minimum interval.
+"""The recognition of the dedicated inputs: edges, levels and the minimum interval.
 
-Two changes must be at least 100 ms apart (`min_interval`). `_actual` is the image of the last
-exchange. `_taken` is the part of it that the controller has recognised.
+Two changes must be at least 100 ms apart (`min_interval`). `_actual` are the inputs of the last
+exchange, and `_taken` are the recognised levels.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class DedicatedInputs:
         return bool(self._taken & INPUTS[short])
 
     def next_due_us(self) -> int | None:
-        """Return when an unrecognised level is recognised after all [us]; else None."""
+        """Return when a level that still is unrecognised will be recognised [us], or None."""
         return self._settled_at() if self._connected and self._unsettled else None
 
     @property
@@ -100,7 +100,7 @@ class DedicatedInputs:
         return rising
 
     def _refusal(self, now_us: int, others: int) -> str:
-        """Return the rule that the change of `others` breaks, or an empty string.
+        """Return the text about the rule that a change of the bits `others` breaks; empty if none.
 
         A change that breaks a rule is not recognised.
         """

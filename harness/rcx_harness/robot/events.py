@@ -1,4 +1,4 @@
-"""Events that act on the controller apart from its inputs; a stimulus can inject them."""
+"""Events at the controller that do not come from the master; a stimulus injects them."""
 
 from __future__ import annotations
 
@@ -62,10 +62,10 @@ _ACTIONS: dict[str, tuple[str, Callable[..., None]]] = {
         "a serious alarm that an alarm reset clears",
         _alarm,
     ),
-    "warning": ("a warning comes (SO(15))", _warning(True)),
-    "warning_clear": ("the warning goes", _warning(False)),
+    "warning": ("a warning begins (SO(15))", _warning(True)),
+    "warning_clear": ("the warning ends", _warning(False)),
     "pendant_on": ("the programming box takes control authority", _set("pendant_authority", True)),
-    "pendant_off": ("the programming box gives it back", _set("pendant_authority", False)),
+    "pendant_off": ("the programming box gives authority back", _set("pendant_authority", False)),
     "manual_mode": ("select MANUAL mode", _mode(auto_input=False, manual_lock=True)),
     "auto_mode": ("select AUTO mode", _mode(auto_input=True, manual_lock=False)),
     "auto_input_on": ("the AUTO input of the SAFETY connector turns ON", _mode(auto_input=True)),
@@ -73,26 +73,26 @@ _ACTIONS: dict[str, tuple[str, Callable[..., None]]] = {
     "manual_lock_on": ("the programming box locks MANUAL mode", _mode(manual_lock=True)),
     "manual_lock_off": ("the programming box releases that lock", _mode(manual_lock=False)),
     "main_power_off": (
-        "the motors' power goes, the controller's stays",
+        "switch off the main power of the motors; the controller stays on",
         lambda machine: machine.switch_main_power(False),
     ),
     "main_power_on": (
-        "the motors' power comes back",
+        "switch on the main power of the motors",
         lambda machine: machine.switch_main_power(True),
     ),
     "safety_on": (
         "a safety setting disables dedicated inputs and commands",
         _set("inputs_disabled", True),
     ),
-    "safety_off": ("that safety setting ends", _set("inputs_disabled", False)),
+    "safety_off": ("the safety setting of safety_on ends", _set("inputs_disabled", False)),
     "parallel_stop": ("DI06 of the parallel I/O board turns OFF", _set("parallel_stop", False)),
     "parallel_stop_release": ("DI06 turns ON", _set("parallel_stop", True)),
     "parallel_input": (
-        "an input of that board: port = 1 for DI01, 20 for DI(20), on = 1",
+        "set an input of the parallel I/O board: port = 1 for DI01, 20 for DI(20), on = 0 or 1",
         _parallel,
     ),
     "program_end": (
-        "the robot program comes to its end",
+        "end the main robot program",
         lambda machine: machine.program.end_main(),
     ),
 }
@@ -121,7 +121,7 @@ def happen(machine: Machine, event: str, args: dict[str, Any]) -> None:
 
 
 def _wrong_arguments(event: str, takes: list[str], args: dict[str, Any]) -> InputError:
-    """Return the error for superfluous or missing arguments, with the correct form of the event."""
+    """Return the error for unknown or missing arguments, with the correct form of the event."""
     if not takes:
         return InputError(f"event {event!r} takes no arguments", hint=f'write robot = "{event}"')
     foreign = [name for name in args if name not in takes]

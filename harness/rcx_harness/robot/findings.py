@@ -8,7 +8,7 @@ __all__ = ["Findings"]
 
 
 class Findings:
-    """All violations in order of time; `drain` returns each of them once."""
+    """All violations in order of time; `drain` returns each violation once."""
 
     def __init__(self) -> None:
         self.every: list[Violation] = []

@@ -1,9 +1,10 @@
 """Coordinates of a robot in millimetres, and the curves that its tool follows in them.
 
-Coordinates 1 to 3 are X, Y and Z, the fourth is the rotation R about Z. The joints, pulses by a
-factor each, give the place of the flange (kinematics). The hand is the offset from the flange to
-the tool; a hand on the R axis turns with it. The shift moves the coordinates and turns them about
-its own origin. Lengths are in 0.001 mm, angles in 0.001 degree, as on the wire.
+Coordinates 1 to 3 are X, Y and Z, the fourth is the rotation R about Z. A factor for each axis
+converts pulses to joints, and the kinematics convert joints to the place of the flange. The hand is
+the offset from the flange to the tool; a hand on the R axis turns with that axis. The shift moves
+the coordinates and turns them about its own origin. Lengths are in 0.001 mm, angles in 0.001
+degree, as on the wire.
 """
 
 from __future__ import annotations
@@ -30,11 +31,11 @@ class Frame:
     """The coordinates of one robot.
 
     Attributes:
-        pulses_per_mm: Per axis, as many as the robot has; per degree if the axis turns.
+        pulses_per_mm: Pulses of each axis per mm, or per degree if the axis turns.
         shift: X, Y, Z and R of the coordinates.
         hand: X, Y and Z of the tool.
-        on_r: The hand is mounted on the R axis.
-        zeros: Per axis, its pulses at 0 mm or 0 degrees; empty: 0.
+        on_r: Whether the hand is mounted on the R axis.
+        zeros: Pulses of each axis at 0 mm or 0 degrees; empty: 0.
         kinematics: The kinematics of the robot, and the arm to use for `to_pulses`.
     """
 
@@ -47,7 +48,7 @@ class Frame:
 
     @property
     def straight(self) -> bool:
-        """Return whether the axes move evenly on a line of the tool without rotation."""
+        """Return whether all axes move in proportion on a line of the tool without rotation."""
         return self.kinematics.straight
 
     @property
@@ -85,7 +86,7 @@ class Frame:
         return self.kinematics.bend(self._joints(pulses))
 
     def tool_to_mm(self, mm: Sequence[float], way: Sequence[float]) -> tuple[float, ...]:
-        """Return the place that the tool at `mm` reaches by a way in its own coordinates.
+        """Return the place of the tool after a movement from `mm` by `way` in tool coordinates.
 
         If the hand is mounted on the R axis, the R axis turns these coordinates. Otherwise they are
         parallel to the coordinates of the robot.
@@ -110,11 +111,11 @@ class Frame:
 
     @property
     def _turn(self) -> float:
-        """Return the angle of the coordinates; a robot with one axis has no plane to turn."""
+        """Return the rotation of the coordinates; 0 for a robot with one axis."""
         return self.shift[_R] if len(self.pulses_per_mm) > _Y else 0.0
 
     def _tool(self, r: float) -> tuple[float, float, float, float]:
-        """Return the tool as seen from the axes, at the angle `r` of the R axis."""
+        """Return the offset from the flange to the tool at the angle `r` of the R axis."""
         x, y, z = self.hand[:3]
         if self.turning_hand:
             x, y = _turned(x, y, r)
@@ -134,11 +135,11 @@ def _turned(x: float, y: float, angle: float) -> tuple[float, float]:
 
 
 class Curve(Protocol):
-    """A curve as a function of the part of its length, 0 to 1.
+    """A curve; a position on it is given by a part of its length, 0 to 1.
 
     Attributes:
-        length: Way of X, Y and Z, or of the other axes together if that is longer.
-        samples: Number of parts into which it must be cut to be straight within each part.
+        length: Length in X, Y and Z, or the distance of the other axes together if that is longer.
+        samples: Number of parts in each of which the curve counts as straight.
     """
 
     length: float
@@ -219,7 +220,7 @@ class Chain:
     """Curves that follow each other; each begins where the one before ends."""
 
     def __init__(self, curves: Sequence[Curve]) -> None:
-        """Join the curves, at least one of which has a length."""
+        """Join the curves; at least one length must be above 0."""
         self._curves = [curve for curve in curves if curve.length] or list(curves[:1])
         self._ends = [*accumulate(curve.length for curve in self._curves)]
         self.length = self._ends[-1]
@@ -241,7 +242,7 @@ class Chain:
         return 1.0 - self._curves[-1].length / self.length if self.length else 0.0
 
 
-#: Parts into which each curve of a chain is cut at least, and parts of a whole chain at most.
+#: Least number of parts of each curve of a chain, and greatest number of parts of a whole chain.
 _PARTS, _MOST_PARTS = 64, 8192
 
 

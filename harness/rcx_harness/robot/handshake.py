@@ -42,11 +42,11 @@ class Phase(Enum):
 
 
 class Kind(Enum):
-    """The expected course of a command."""
+    """The expected duration of a command."""
 
     REFUSED = "it ends abnormally as soon as it is begun"
     SHORT = "it acts once, `command_delay` after it was begun"
-    LASTING = "it takes the time that it takes"
+    LASTING = "it takes time, such as a movement"
 
 
 class Handshake:
@@ -68,7 +68,8 @@ class Handshake:
         self._execution: Execution | None = None
         self._failure: CommandError | None = None
         self._blocked = 0  # a code that was set before the ready status; it is never executed
-        self._unseen: list[Execution] = []  # commands that continue without a status
+        # commands that continue although their status is no longer shown
+        self._unseen: list[Execution] = []
         self._waits = False  # an early code is to be accepted in the next cycle
         self._reported = 0  # the last code that was reported as set too early
 
@@ -78,7 +79,7 @@ class Handshake:
         return self._shown
 
     def takes(self, machine: Machine) -> Kind:
-        """Return the expected course of the accepted command if nothing else changes."""
+        """Return the kind of the accepted command in the current state of the machine."""
         try:
             call = _check(machine, self._taken)
         except CommandError:
@@ -267,7 +268,7 @@ class Handshake:
 
 
 def _goes_on(execution: Execution, machine: Machine) -> bool:
-    """Continue a command with a hidden status; return False once it has ended."""
+    """Continue a command without showing its status; return False once it has ended."""
     try:
         return execution.step(machine) is None
     except CommandError:
@@ -281,7 +282,7 @@ def _command(words: Words) -> Command:
 def _place(code: int, failure: CommandError) -> Place | None:
     """Return the robot (and axis) from which a command's alarm comes; None for the controller."""
     entry = commands().get(code & 0x0FFF)
-    own = failure.number.startswith("12.")  # alarms of stops and of the network
+    own = failure.number.startswith("12.")  # alarms of stops and of the network have no robot
     if entry is None or not entry.robot or own:
         return None
     axis = (_AXIS, failure.axis) if failure.axis else (0, 0)

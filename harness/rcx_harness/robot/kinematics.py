@@ -19,7 +19,7 @@ _HALF_TURN, _TURN = 180 * _UNIT, 360 * _UNIT
 
 
 class UnreachableError(ValueError):
-    """The error of a place that no position of the joints can reach."""
+    """The error for a place that the robot cannot reach."""
 
 
 @dataclass(frozen=True)
@@ -50,14 +50,15 @@ class Scara:
     """Two arms that turn about vertical axes, then Z and R.
 
     At 0 degrees of axes 1 and 2 the arms are stretched along Y, the front; positive angles turn
-    from X to Y. R is the sum of all three, and so 90 degrees there. Right-handed is axis 2
-    positive: the elbow is on the right of the line from the base to the hand.
+    from X to Y. R is the sum of the three angles; the offset of 90 degrees makes R 90 there. If
+    axis 2 is positive, the arm is right-handed: the elbow is on the right of the line from the base
+    to the hand.
 
     Attributes:
         arm1: Length [0.001 mm].
         arm2: Length [0.001 mm].
-        offset: Angle from arm 2 to the line to the hand [0.001 degree], of a hand beside R.
-        left: Of the two positions of the joints it is the left-handed one.
+        offset: Angle from arm 2 to the line to the hand [0.001 degree]; 0 if the hand is on R.
+        left: Use the left-handed one of the two solutions for the joints.
     """
 
     arm1: float
@@ -78,11 +79,11 @@ class Scara:
         return [x1 + x2, y1 + y2, *joints[_Z:_R], *r, *joints[_R + 1 :]]
 
     def inverse(self, place: Sequence[float]) -> list[float]:
-        """Return the joints for `left`; axes 1 and 2 from -180 to 180 degrees."""
+        """Return the joints for the hand system; axes 1 and 2 from -180 to 180 degrees."""
         # The law of cosines gives the bend at the elbow from the distance to the base. Both signs
-        # of the bend are solutions, and `left` selects one. Axis 1 is then the direction of the
-        # hand minus the direction of the hand as seen with axis 1 at 0. The tolerance of 1e-12
-        # accepts the stretched arm in spite of rounding.
+        # of the bend are solutions, and `left` selects one. Axis 1 is the direction of the hand
+        # minus its direction if axis 1 were at 0. The tolerance of 1e-12 accepts the stretched arm
+        # in spite of rounding.
         x, y = place[_X], place[_Y]
         far = x * x + y * y
         cosine = (far - self.arm1**2 - self.arm2**2) / (2 * self.arm1 * self.arm2)
@@ -104,8 +105,8 @@ class Scara:
         return ((angle + _HALF_TURN) % _TURN - _HALF_TURN) / _UNIT
 
 
-#: The kinematics of a robot type. `straight`: a line in space is also a line of the joints; `left`:
-#: the arm is (or is to be) left-handed.
+#: The kinematics of a robot type. `straight`: a line of the tool is a line of the joints, too;
+#: `left`: use the left-handed solution.
 Kinematics = _Cartesian | Scara
 
 

@@ -13,8 +13,8 @@ __all__ = ["Tasks", "listings", "task_places"]
 def listings(controller: Controller) -> list[dict[str, Any]]:
     """Return the programs of a controller, in the order of their numbers.
 
-    Each has its `name`, the name of its `file` if it has one, and its `lines` as written; a program
-    that is only a duration has no lines. The list is empty if no program is a text.
+    Each entry has the `name`, the `lines` as written, and the name of the `file` if there is one; a
+    program that is only a duration has no lines. If no program is a text, the list is empty.
     """
     programs = controller.config.programs
     if not any(program.text for program in programs):
@@ -29,10 +29,10 @@ def listings(controller: Controller) -> list[dict[str, Any]]:
 
 
 def task_places(controller: Controller) -> tuple[dict[str, Any], ...]:
-    """Return where each task is, in the order of the numbers of the tasks.
+    """Return the current line and state of each task, in the order of their numbers.
 
-    Each has the number of the `task`, the name of its `program`, the `line` from 1, and its `state`
-    (see RobotTask). A controller that is off has no tasks.
+    Each entry has the number of the `task`, the name of its `program`, the `line` from 1, and its
+    `state` (see RobotTask). A controller that is off has no tasks.
     """
     if not controller.machine.powered:
         return ()
@@ -46,9 +46,9 @@ def task_places(controller: Controller) -> tuple[dict[str, Any], ...]:
 
 
 class Tasks:
-    """The tasks of a controller for a trace, which has them where they have changed.
+    """The tasks of a controller for a trace, which stores them only when they have changed.
 
-    They never change if no program is a text.
+    If no program is a text, they never change.
     """
 
     def __init__(self, controller: Controller) -> None:
@@ -62,10 +62,10 @@ class Tasks:
         self._places: tuple[dict[str, Any], ...] | None = None
 
     def changed(self) -> tuple[dict[str, Any], ...] | None:
-        """Return where each task is if this has changed since the last call; else None."""
+        """Return `task_places` if they have changed since the last call; else None."""
         if not self._has_text:
             return None
-        # This is called in every cycle, and usually nothing has changed.
+        # A cheap comparison first: this is called in every cycle, and usually nothing has changed.
         programs = self._controller.program
         seen = [programs, *((one.number, one.at, one.state) for one in programs.tasks)]
         seen.append(self._controller.machine.powered)

@@ -1,7 +1,7 @@
 """The controller's state behind its areas: power, stops, servo, program, motion, alarms.
 
-This module knows no bytes. Whatever takes time is entered in `pending` with the time at which it is
-due. The state therefore depends only on the calls and their times.
+This module does not handle bytes. Every delayed answer is entered in `pending` with the time at
+which it is due. The state therefore depends only on the calls and their times.
 """
 
 from __future__ import annotations
@@ -70,7 +70,8 @@ class Machine:
         self.data.accumulated.power_on()
         self.booted = False
         self.si00 = self.si06 = self.si10 = False
-        self.emergency = True  # until SI(00) is ON; no alarm, since this happens at power-on
+        # until SI(00) is ON; no alarm is raised because this is the state at power-on
+        self.emergency = True
         self.link = "none"
         self.auto_mode = self._auto_selected
         self.sequence_running = False
@@ -320,9 +321,9 @@ class Machine:
     def schedule(self, key: str) -> None:
         """Schedule an answer (`_on_<key>`) after its configured delay.
 
-        A pending answer keeps its time.
+        An answer that is already pending keeps its time.
         """
-        if key not in self.pending:  # else a skipped cycle would shift all later draws
+        if key not in self.pending:  # a second draw would shift later draws
             self.pending[key] = self.now_us + self.draw_us(key)
 
     def pendant_blocks(self) -> bool:
@@ -348,9 +349,9 @@ class Machine:
         return self.auto_mode or not self.config.start_needs_auto
 
     def _follow_stops(self) -> None:
-        # Emergency stop and sequence follow the levels of their inputs, not their edges. Each
-        # change of state takes a configured delay. If the level changes back during the delay of
-        # a release or of the sequence, the pending answer is cancelled. An emergency stop that
+        # Emergency stop and sequence control follow the levels of their inputs, not their edges.
+        # Each change of state takes a configured delay. If the level changes back during the delay
+        # of a release or of the sequence, the pending answer is cancelled. An emergency stop that
         # has been requested is never cancelled. A stop input that is OFF ends motion in every
         # cycle, so that a movement cannot start in the same cycle and continue.
         ignored = self.inputs_disabled and not self.config.safety_keeps_stops
@@ -374,7 +375,7 @@ class Machine:
             self.sequence_running = False
 
     def _stop(self) -> None:
-        """End the program and the movements because a stop input is OFF (12.400)."""
+        """Stop the programs and the movements because a stop input is OFF (12.400)."""
         if self.program.busy and "program_stop_delay" not in self.pending:
             self.schedule("program_stop_delay")
             self.raise_alarm(STOP)

@@ -21,14 +21,15 @@ class Movement:
 
     Attributes:
         duration_us: From start to target [us].
-        relative: Key by which a relative movement (MOVEI, DRIVEI) is recognised again, else None.
-        tolerance: Per axis, the distance to its target at which it counts as arrived [pulses].
-        pushing: It stops at workpieces.
+        relative: Key that recognises the repetition of a relative movement (MOVEI, DRIVEI), else
+            None.
+        tolerance: For each axis, the distance to its target at which it counts as arrived [pulses].
+        pushing: Its axis stops at workpieces.
         by_program: A robot program has started it.
-        out_positions: Per axis, its OUT position range [pulses]; None until a program needs it.
+        out_positions: OUT position range of each axis [pulses]; None until a program needs it.
         continuous: The next movement of the program may begin in the OUT position range.
         done: It has reached its target, or its tolerance.
-        finished: It has reached its target.
+        finished: It has reached its target exactly.
         stopped_by: Number of the alarm that stopped it on its way, else empty.
         blocked_us: Time since which a pushing axis is stopped by a workpiece, else None.
     """
@@ -48,7 +49,8 @@ class Movement:
 
     def __post_init__(self) -> None:
         """Calculate the duration."""
-        self.duration_us = math.ceil(round(self.path.seconds * 1e6, 3))  # no cycle more for 1e-9 us
+        # rounding errors must not add a cycle
+        self.duration_us = math.ceil(round(self.path.seconds * 1e6, 3))
 
     def advance(self, now_us: int, positions: list[int], workpieces: Mapping[int, int]) -> None:
         """Move the axes in `positions` [pulses] to their places at `now_us`."""
@@ -78,7 +80,7 @@ class Movement:
         )
 
     def _hold_at(self, workpieces: Mapping[int, int], positions: list[int]) -> bool:
-        """Stop the axes at workpieces in their way; return True if there is one."""
+        """Stop the axes at workpieces in their way; return whether there is a workpiece."""
         held = False
         for index, start in self.path.at(0.0).items():
             if index in workpieces:
@@ -124,7 +126,7 @@ class Motion:
         return self._movements.get(robot)
 
     def start(self, robot: int, movement: Movement) -> None:
-        """Start a movement, and forget an interrupted one."""
+        """Start a movement, and forget an interrupted movement."""
         self.forget(robot)
         self._movements[robot] = movement
 
@@ -168,7 +170,7 @@ class Motion:
             self._interrupted.pop(robot, None)
 
     def kept_target(self, robot: int, relative: Hashable) -> Mapping[int, int] | None:
-        """Return the target of an interrupted movement, index to pulses; None if it is another."""
+        """Return the target (index to pulses) of the interrupted movement with the key, or None."""
         key, target = self._interrupted.get(robot, (None, None))
         return target if key == relative else None
 
@@ -178,7 +180,8 @@ class OriginRun:
     """One return-to-origin.
 
     Attributes:
-        groups: Axes that have not arrived; one group after the other, the first is moving.
+        groups: Axes that have not arrived, in groups that move one after the other; the first moves
+            now.
         done: All axes have arrived.
         stopped_by: Number of the alarm that stopped it, else empty.
         by_command: A remote command waits for its end and reports the alarm that stops it.
@@ -218,7 +221,7 @@ class Origins:
         return [group for kind in types if (group := self._axes(kind))]
 
     def moves(self, axes: Collection[int]) -> bool:
-        """Return whether any of these axes moves, or will move, in the return-to-origin."""
+        """Return whether the return-to-origin still has to move any of these axes."""
         return self._run is not None and not self._run.axes.isdisjoint(axes)
 
     def begin(self, groups: Iterable[tuple[int, ...]], *, by_command: bool = False) -> OriginRun:
@@ -262,7 +265,7 @@ class Origins:
             ]
 
     def _leave(self, run: OriginRun) -> None:
-        """Start the first group; its axes lose their origin if so configured."""
+        """Start the first group; its axes lose their origin if configured so."""
         if self._config.origin_clears_complete:
             self._mark(run.groups[0], False)
 

@@ -1,9 +1,9 @@
-"""The paths of a robot, each a function of the time since its start.
+"""The paths of a robot: positions as a function of the time since the start.
 
 PTP: all axes start and end together. Line and arc: the tool follows a curve in millimetres. Arch:
-one axis moves out of the way, the others follow, and it returns. Positions are in pulses. The
-manual gives no motion times. Each path has constant acceleration, constant speed and constant
-deceleration; a short path has no phase of constant speed.
+the arch axis moves away, the others move to the target, then the arch axis moves to its target.
+Positions are in pulses. The manual gives no motion times, so each path has constant acceleration,
+constant speed and constant deceleration. A short path has no phase of constant speed.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ __all__ = [
     "plan_ptp",
 ]
 
-_TURNING_SAMPLES = 256  # parts of a line on which the hand or an arm turns
+_TURNING_SAMPLES = 256  # number of parts of a line if the hand or an arm turns on it
 
 
 @dataclass(frozen=True)
@@ -48,9 +48,9 @@ class Profile:
 
     @classmethod
     def over(cls, way: float, speed: float, acceleration: float, deceleration: float) -> Profile:
-        """Return the fastest profile over `way` (not below 0).
+        """Return the fastest profile for a distance `way` (not below 0).
 
-        The way may be in any unit, the limits in that unit/s and unit/s^2.
+        If the distance is in a unit, the limits are in that unit/s and that unit/s^2.
         """
         peak = min(
             speed,
@@ -89,7 +89,7 @@ class Profile:
 
     @property
     def _whole(self) -> float:
-        """Return the way, in units of the peak speed."""
+        """Return the distance divided by the peak speed [s]."""
         return self.up / 2 + self.even + self.down / 2
 
 
@@ -121,7 +121,8 @@ class Path:
         target: Target [pulses] of each moving axis by its index.
         seconds: Time from start to target.
         arrival: Parameter with the distance at which an axis counts as arrived.
-        approach: Time [s] from which on an axis can count as arrived; it may pass earlier.
+        approach: Earliest time [s] at which an axis counts as arrived: an axis may pass its target
+            before.
     """
 
     target: Mapping[int, int]
@@ -151,7 +152,7 @@ class PtpPath(Path):
         self.approach = 0.0
 
     def at(self, t: float) -> Mapping[int, float]:
-        """Return the positions; every axis has done the same part of its way."""
+        """Return the positions; every axis has done the same part of its distance."""
         share = self._profile.share(t)
         return {move.axis: move.start + move.way * share for move in self._moves}
 
@@ -165,7 +166,7 @@ class CurvePath(Path):
         self, curve: Curve, profile: Profile | Schedule, frame: Frame, axes: Mapping[int, int],
         target: Mapping[int, int], approach: float | None = None,
     ) -> None:  # fmt: skip
-        """Move the axes in `axes`, which has their indices by their places in the robot, 0 to 5."""
+        """Plan the path; `axes` has the index of each axis by its place in the robot, 0 to 5."""
         self._curve, self._profile, self._frame = curve, profile, frame
         self._axes = dict(axes)
         self.target = dict(target)
@@ -179,11 +180,11 @@ class CurvePath(Path):
 
 
 class ArchPath(Path):
-    """An arch: one axis to its arch position, the others, that axis to its target (guide, 4.2.1).
+    """An arch: arch axis to its arch position, other axes, arch axis to its target (guide, 4.2.1).
 
-    The others start once the arch axis has done distance 1, at the latest at the arch position. The
-    arch axis leaves that position so that distance 2 remains to it when the others arrive. If the
-    distance is longer than its way, it waits for the others.
+    The others start when the arch axis has moved distance 1 or has reached the arch position. The
+    arch axis leaves the arch position so early that distance 2 remains when the others arrive. If
+    distance 2 is longer than its whole way, it waits for the others.
     """
 
     arrival = "OUTPOS"
@@ -213,7 +214,7 @@ class ArchPath(Path):
 
 
 def _part(distance: int, way: int) -> float:
-    """Return the distance as a part of the way, at most 1."""
+    """Return an arch distance as a part of the way of the arch axis, at most 1."""
     return min(1.0, distance / abs(way)) if way else 1.0
 
 
@@ -222,7 +223,7 @@ class Pace:
     """The speed and the accelerations of a movement.
 
     Attributes:
-        share: Speed as a part of the maximum: of the axes, on lines and arcs of the tool.
+        share: Speed as a part of the maximum of the axes; on lines and arcs, of the tool.
         up: Acceleration as a part of the maximum; None: parameter ACCEL of each axis.
         down: Deceleration as a part of the maximum; None: parameter DECEL of each axis.
         mm_per_s: Speed of the tool on lines and arcs; `share` then limits only the axes.
@@ -236,7 +237,7 @@ class Pace:
 
 @dataclass(frozen=True)
 class Arch:
-    """The arch axis by its place, its arch position and the arch distances [pulses]."""
+    """The place of the arch axis, its arch position and the arch distances [pulses]."""
 
     place: int
     position: int
@@ -275,7 +276,7 @@ def plan_arch(arm: Arm, target: Mapping[int, int], pace: Pace, arch: Arch) -> Pa
 
 
 def plan_line(arm: Arm, target: Mapping[int, int], pace: Pace) -> Path:
-    """Plan a straight line of the tool; rotations are in proportion.
+    """Plan a straight line of the tool; it rotates in proportion to the distance.
 
     Raises:
         CommandError: the target or a place on the way is beyond a soft limit.
@@ -304,7 +305,7 @@ def plan_arc(arm: Arm, via: Mapping[int, int], target: Mapping[int, int], pace: 
 class Leg:
     """A part of a chained path: its targets by place [pulses], and its pace.
 
-    An arc has two targets: a point on the way, and the end.
+    An arc has two targets: a point on the arc, and its end.
     """
 
     targets: tuple[Mapping[int, int], ...]
@@ -316,14 +317,14 @@ def plan_chain(
 ) -> Path:
     """Plan a path of lines and arcs that follow each other without a stop between them.
 
-    At a corner the tool is as slow as the accelerations of the axes demand.
+    At a corner the tool slows down as far as the accelerations of the axes require.
 
     Args:
         arm: The robot.
         start: The start of the path [pulses].
         legs: Its parts.
-        resumed: The robot stands on the path, because a stop has interrupted the movement; it
-            follows the rest. Else it must stand within OUTPOS of the start.
+        resumed: A stop has interrupted the movement, so the robot stands on the path and follows
+            the rest. Otherwise the robot must stand within OUTPOS of the start.
 
     Raises:
         CommandError: the robot is not there, an arc has no circle, or a soft limit is exceeded.
@@ -357,7 +358,7 @@ def plan_chain(
 
 
 def _rest(arm: Arm, curves: Sequence[Curve]) -> tuple[int, list[Curve]]:
-    """Return the number of the curve on which the robot stands, and what remains of all."""
+    """Return the number of the curve on which the robot stands, and the remaining curves."""
     here = arm.frame.to_mm(arm.here)
     places = [(math.dist(curve.at(k / _RESUMED), here), n, k / _RESUMED)
               for n, curve in enumerate(curves) for k in range(_RESUMED + 1)]  # fmt: skip
@@ -372,8 +373,9 @@ def _rest(arm: Arm, curves: Sequence[Curve]) -> tuple[int, list[Curve]]:
     return number, [rest, *curves[number + 1 :]]
 
 
-#: Places of a curve that are compared with the robot's place after a stop, the distance from the
-#: path up to which it counts as on it [0.001 mm], and the end of an arc that is followed as a line.
+#: After a stop: number of places of a curve that are compared with the place of the robot, distance
+#: at which the robot still counts as on the path [0.001 mm], and part of an arc that is followed as
+#: a line at its end.
 _RESUMED, _OFF_PATH, _NEARLY = 256, 1000, 0.99
 
 
@@ -416,7 +418,7 @@ def _curve(
 ) -> Path:
     """Plan the fastest path along a curve on which no axis exceeds its limits.
 
-    `parts` are the parts of a Chain: the share of each in its length, and its speed [mm/s].
+    `parts` are the parts of a Chain: the share of the length and the speed [mm/s] of each.
     """
     turning = frame.turning_hand or not frame.straight
     samples = max(curve.samples, _TURNING_SAMPLES if turning else 1)
@@ -446,7 +448,7 @@ def _curve(
 
 
 def _speeds(parts: Sequence[tuple[float, float]], samples: int) -> list[float]:
-    """Return the highest speed at each place of a chain; between two parts the lower one."""
+    """Return the highest speed at each place of a chain; the lower one where two parts meet."""
     speeds = [math.inf] * (samples + 1)
     begin = 0.0
     for share, speed in parts:
@@ -470,7 +472,7 @@ _HALVINGS = 40
 
 
 def _even(length: float, speed: float, limits: Sequence[AxisLimits], samples: int) -> Profile:
-    """Return a profile with one speed on the whole way and one acceleration and deceleration."""
+    """Return a profile with the same limits of speed and acceleration on the whole way."""
     speeds, ramps = [speed], []
     for axis in limits:
         step = max(abs(after - before) for before, after in pairwise(axis.places))
@@ -485,10 +487,10 @@ def _even(length: float, speed: float, limits: Sequence[AxisLimits], samples: in
 def _keep_hand(
     arm: Arm, frame: Frame, every: Sequence[Sequence[float]], end: Sequence[int]
 ) -> None:
-    """Check that a curve uses one hand system and does not come too near to the stretched arm.
+    """Check that a curve keeps the hand system and does not come too near to the stretched arm.
 
     Raises:
-        CommandError: the way or its end violates this.
+        CommandError: the curve or its end violates one of these conditions.
     """
     bends = [bend for pulses in every if (bend := frame.bend(pulses)) is not None]
     if not bends:

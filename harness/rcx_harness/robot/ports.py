@@ -12,16 +12,16 @@ from structured_text.errors import InputError
 
 __all__ = ["Access", "Port", "Ports", "port", "port_of", "value_in"]
 
-#: Accesses that are recorded at most; a property reads them once per scan.
+#: Greatest number of recorded accesses; a property reads and clears them once per scan.
 _MOST_ACCESSES = 10_000
-_LAST_PORT = 0o15  # the language has ports up to 27, this board takes them up to 15
+_LAST_PORT = 0o15  # the language has ports 0 to 27 (octal), this board only those up to 15
 _FIRST_FREE = 2  # ports 0 and 1 are dedicated, as are words 0 and 1
 _WORDS = range(_FIRST_FREE, 16)
 _EXTENDED = range(24, 128)
 
 #: Ports outside of the areas: number of ports of each kind. SI and SO begin at 16().
 _BANKS = {"DI": 24, "DO": 24, "MO": 24, "LO": 2, "TO": 1, "SI": 24, "SO": 24}
-#: Kinds of internal outputs: memory in the controller.
+#: Kinds of internal outputs, which are memory of the controller.
 _INTERNAL = ("MO", "LO", "TO")
 
 _NAME = re.compile(r"S([IO])(?:([WD])\(?(\d+)\)?|(1?[0-7])\(\)|\(?(1?[0-7])([0-7])\)?)")
@@ -30,9 +30,9 @@ _OTHER = re.compile(r"(D[IO]|MO|LO|TO)(?:([0-2]?[0-7])\(\)|\(([0-2]?[0-7])([0-7]
 
 @dataclass(frozen=True)
 class Port:
-    """The position of a port: `size` bytes at `at`; one bit of the byte if `bit` is not None.
+    """The position of a port: `size` bytes at `at`, or the bit `bit` of the byte at `at`.
 
-    `bank` is its kind if it is not part of the areas, else empty.
+    If the port is not part of the areas, `bank` is its kind; otherwise `bank` is empty.
     """
 
     name: str
@@ -66,7 +66,7 @@ def port(name: str) -> Port:
     output = match[1] == "O"
     if match[2]:
         return _word(text, output, double=match[2] == "D", number=int(match[3]))
-    number = int(match[4] or match[5], 8)  # SO7() is followed by SO10()
+    number = int(match[4] or match[5], 8)  # numbers are octal: SO7() is followed by SO10()
     if number > _LAST_PORT or (output and number < _FIRST_FREE):
         hint = "write SO2() to SO7() and SO10() to SO15(), read SI0() to SI15()"
         raise InputError(f"{name} is not a port of this board", hint=hint)
@@ -114,9 +114,9 @@ class Access(NamedTuple):
         program: Name of the program.
         line: Line of the statement.
         place: The port.
-        changed: The statement has changed it; else it has read it.
-        inputs: The inputs from the master at that moment, as an area.
-        outputs: The outputs before the statement, as an area.
+        changed: Whether the statement has changed the port; otherwise it has read the port.
+        inputs: The input area from the master at that time.
+        outputs: The output area before the statement.
     """
 
     program: str
@@ -132,10 +132,10 @@ class Ports:
 
     Attributes:
         inputs: The last area that the master sent.
-        outputs: The outputs of the robot programs, as an area.
+        outputs: The output area with the outputs of the robot programs.
         banks: All other ports by kind: one byte each.
-        accesses: What statements of robot programs have read and changed since somebody has emptied
-            this list; None: it is not recorded.
+        accesses: The ports that statements of robot programs have read and changed since the caller
+            has last emptied this list; None: nothing is recorded.
         statement: Program and line of the statement that is executed, while accesses are recorded.
     """
 
@@ -147,7 +147,7 @@ class Ports:
         self.statement: tuple[str, int] | None = None
 
     def lose_power(self, *, clears_internal: bool) -> None:
-        """Set all ports to OFF or 0 that lose their values with the power.
+        """Set the ports that lose their values with the power to OFF or 0.
 
         Internal outputs keep their values unless `clears_internal` is set. The inputs of the
         parallel I/O board always keep their values, because they come from outside.

@@ -16,12 +16,12 @@ _COORDINATES = ("X [mm]", "Y [mm]", "Z [mm]", "R [deg]", "axis 5 [mm, deg]", "ax
 
 
 def axes_of(controllers: Sequence[Controller], unit: str) -> list[list[str]]:
-    """Return the titles of the values of `where` per controller: `Position X [mm]`.
+    """Return the titles of the values of `where` for each controller, such as `Position X [mm]`.
 
-    The titles are empty without a unit.
+    If `unit` is empty, there are no titles.
     """
     if unit not in ("", _PULSES, _MM):
-        raise InputError(f"positions are in {unit!r}", hint=f"use {_PULSES} or {_MM}")
+        raise InputError(f"positions cannot be in {unit!r}", hint=f"use {_PULSES} or {_MM}")
     return [_titles(one, unit) for one in controllers] if unit else []
 
 

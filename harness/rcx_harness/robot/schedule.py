@@ -18,7 +18,7 @@ class AxisLimits:
     """One axis on the way, with its limits.
 
     Attributes:
-        places: Its positions at even steps of the way [pulses].
+        places: Its positions at equal steps of the way [pulses].
         speed: Highest speed [pulses/s].
         up: Acceleration [pulses/s^2].
         down: Deceleration [pulses/s^2].
@@ -30,15 +30,15 @@ class AxisLimits:
     down: float
 
 
-#: A step is straight if its bend takes at most this part of what is reserved for bends.
+#: A step is straight if its bend needs at most this part of the acceleration reserved for bends.
 _STRAIGHT = 0.01
-#: A bend that is this many times as strong as both beside it is a corner: the axes change their
-#: speeds there at once, within a cycle of the controller [s].
+#: A bend that is this many times as strong as the bends before and after it is a corner. There the
+#: axes change their speeds within a cycle of the controller [s].
 _CORNER, _CYCLE = 4, CYCLE_US / 1e6
 
 
 class Schedule:
-    """The times at even steps of a way, as short as the limits of all axes allow.
+    """The times at equal steps of a way, as short as the limits of all axes allow.
 
     Between two steps the acceleration is constant. Half of an axis' acceleration is reserved for
     the curvature of its own way, half for the acceleration of the tool.

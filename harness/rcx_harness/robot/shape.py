@@ -17,26 +17,26 @@ from rcx_harness.robot.stored import ROBOTS, Point
 
 __all__ = ["MOST_POINTS", "poses", "shapes"]
 
-#: Limit of drawn points per robot, and of drawn work positions of all pallets.
+#: Greatest number of drawn points of a robot, and of drawn work positions of all pallets.
 MOST_POINTS = 300
 _UNIT = 1000
 _LEFT = 2
 _TURNING = {
     True: (0, 1, 3),
     False: (3,),
-}  # places of the axes that turn: of a SCARA robot, of others
+}  # places of the axes that turn: of SCARA robots, of all others
 
 
 def shapes(controller: Controller) -> list[dict[str, Any]]:
     """Return the shape of each robot of a controller, in the order of its positions in a trace.
 
-    `robot` is its number, `name` its type, `kind` is `scara`, `cartesian` or, if the robot file
-    names no type, `axes`; `arms` are the lengths of arm 1 and 2. Each of `axes` has its soft limits
-    `low` and `high` in `unit` (`mm`, `deg`), `per` pulses, and `zero` [pulses]. `points` have
-    `number`, an optional `name`, and either `mm`, the tool's place in shifted coordinates, or
-    `joints`. `pallets` have `number`, `corners` and `places` like those of points in mm. `areas`
-    have a `name`, and opposite corners `from` and `to`. Empty entries are left out; a robot without
-    a type has only its axes.
+    `robot` is the number, and `name` the type. `kind` is `scara`, `cartesian`, or `axes` if the
+    robot file does not name the type. `arms` are the lengths of arms 1 and 2. Each of `axes` has
+    the soft limits `low` and `high` in `unit` (`mm`, `deg`), `per` (pulses per unit), and `zero`
+    [pulses]. `points` have `number`, an optional `name`, and either `mm`, the place of the tool in
+    shifted coordinates, or `joints`. `pallets` have `number`, and `corners` and `places` in the
+    form of `mm`. `areas` have a `name`, and opposite corners `from` and `to`. Empty entries are
+    left out. A robot without a type has only its axes.
     """
     arms = [controller.machine.arm(robot) for robot in range(1, ROBOTS + 1)]
     return [_shape(one, controller.machine.memory) for one in arms if one.indices]
@@ -45,8 +45,9 @@ def shapes(controller: Controller) -> list[dict[str, Any]]:
 def poses(controller: Controller) -> list[dict[str, Any]]:
     """Return the settings of each robot that change its appearance; default values are left out.
 
-    `left`: its arm is left-handed; `shift`: the selected shift; `hand`: data 1 to 3 of the selected
-    hand [mm; data 1 of a hand beside the R axis in degrees], then 1 if it is on the R axis.
+    `left` means that the arm is left-handed. `shift` is the selected shift. `hand` has data 1 to 3
+    of the selected hand [mm; data 1 of a hand beside the R axis in degrees], then 1 if it is on the
+    R axis.
     """
     arms = [controller.machine.arm(robot) for robot in range(1, ROBOTS + 1)]
     return [_pose(one, controller.machine.memory) for one in arms if one.indices]
@@ -112,7 +113,7 @@ def _point(arm: Arm, number: int, point: Point, name: str) -> dict[str, Any]:
 
 
 def _pallets(memory: Memory) -> Iterator[dict[str, Any]]:
-    """Yield the pallets of points in mm, which are at the same place for each robot."""
+    """Yield the pallets of points in mm; they have the same coordinates for each robot."""
     room = MOST_POINTS
     for number, pallet in sorted(memory.pallets.items()):
         corners = [memory.points.get(pallet.first + k) for k in (0, 1, 3, 2)]

@@ -1,4 +1,4 @@
-"""Dedicated outputs, effects of the dedicated inputs, link state and LEDs of the machine."""
+"""Dedicated outputs, effects of the dedicated inputs, changes of the link, and the LEDs."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Led(Enum):
 
 
 def lose_link(machine: Machine, *, in_operation: bool) -> None:
-    """Turn off SI(00), SI(06), SI(10) inside: there is no connection (manual chapter 1, 5)."""
+    """Treat SI(00), SI(06) and SI(10) as OFF while there is no connection (manual chapter 1, 5)."""
     config = machine.config
     machine.si00 = machine.si06 = machine.si10 = False
     machine.link = "lost" if in_operation else "none"

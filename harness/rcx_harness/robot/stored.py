@@ -1,4 +1,4 @@
-"""Stored and shown data of the controller besides programs: kinds, numbers and names."""
+"""Kinds, numbers and names of the data that the controller stores or shows, except programs."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ AXES = 6
 ROBOTS = 4
 #: Number of each kind of data; they are numbered from 0 (guide, 4.3).
 COUNTS = {"points": 30000, "comments": 30000, "pallets": 40, "shifts": 40, "hands": 32}
-#: A pallet is defined by this many points in a row.
+#: Number of consecutive points that define a pallet.
 PALLET_POINTS = 5
 #: Number of static variables of each type; SGR0 has the number 256 (guide, 4.4.1).
 VARIABLES = 32
@@ -69,8 +69,8 @@ PARAMETER_DEFAULTS = {
 }
 
 #: Quantities of the real time output (guide, 4.9). The list of item numbers is in another manual;
-#: this guide gives only motor duty, item 13. Items are therefore named, and the configuration maps
-#: their numbers to the names. For an axis, option 1 is the robot and option 2 the axis.
+#: this guide gives only item 13, motor duty. Items therefore have names here, and the configuration
+#: maps numbers to names. For an axis, option 1 is the robot and option 2 the axis.
 QUANTITIES_OF_AXIS = (
     "motor_duty",
     "torque_of_max",
@@ -172,8 +172,8 @@ class Hand:
         return self.data[3] == 1
 
 
-#: The points of the manual's examples, so that they run without a robot file: the move to point 19
-#: (guide, 2; its place is ours), to point 100 (4.2.1), the reference to point 50 (4.3.1).
+#: Points with which the manual's examples run without a robot file: point 19 (guide, 2; its data
+#: are our own), point 100 (4.2.1) and point 50 (4.3.1).
 EXAMPLE_POINTS = {
     19: Point((120_000, -45_000, 30_000, 0, 0, 0)),
     50: Point((10_000, -20_000, 5_000, -18_000, 0, 0), mm=True),
@@ -182,7 +182,7 @@ EXAMPLE_POINTS = {
 
 
 def variable_number(name: str) -> int | None:
-    """Return the number of `SGI5` or `SGR5` in remote commands; None without such a variable."""
+    """Return the number of a variable such as `SGI5` or `SGR5` in remote commands; else None."""
     found = re.fullmatch(r"SG([IR])0*([0-9]{1,2})", name)
     if not found or int(found[2]) >= VARIABLES:
         return None
@@ -198,7 +198,7 @@ def parameter_names() -> Mapping[int, str]:
 
 @lru_cache(maxsize=1)
 def parameter_ranges() -> Mapping[str, tuple[float, float]]:
-    """Return lowest and highest value of each parameter by name, from the same table."""
+    """Return the lowest and highest value of each parameter, from the table of commands."""
     field = next(part for part in command("WriteParameter").request if part.name == "value")
     return {parameter_names()[k]: (pair[0], pair[-1]) for k, pair in field.ranges.items()}
 

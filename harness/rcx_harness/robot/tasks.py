@@ -1,53 +1,38 @@
-"""The robot programs and their tasks: states, progress, and the sources of SO(13) and SO(14).
+"""The table of tasks: it starts, stops and executes them, and is the source of SO(13) and SO(14).
 
-Every program has one place in the list of programs, which is its number, and one `RobotTask`. The
-task is in the table of tasks once the program is registered there: by a remote command, by START,
-or as the main program, which is in task 1 from power-on.
+The number of a program is its place in the list of programs. Each program has a `RobotTask`, which
+is in the table of tasks only while the program is registered. A remote command or START registers a
+program; the main program is in task 1 from power-on.
 """
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable, Collection, Mapping
 from datetime import datetime
 from typing import Any, NamedTuple, Protocol
 
 from rcx_harness.robot.alarms import STOP, AlarmList, CommandError, Place
 from rcx_harness.robot.arm import Arm
-from rcx_harness.robot.config import RobotConfig, RobotProgram
+from rcx_harness.robot.config import RobotConfig
 from rcx_harness.robot.controller_memory import Memory
 from rcx_harness.robot.data import Data
 from rcx_harness.robot.motion import Motion
 from rcx_harness.robot.ports import Port, Ports
-from rcx_harness.robot.program.code import program_code
-from rcx_harness.robot.program.execution import NEXT, STAY, Frame, Order, Statement, execute
+from rcx_harness.robot.program.execution import Order, execute
 from rcx_harness.robot.program.motion import Request, Way
+from rcx_harness.robot.program.movements import Statement
 from rcx_harness.robot.program.observing import Observers
-from rcx_harness.robot.program.syntax import Program
+from rcx_harness.robot.program.syntax import NEXT, STAY
+from rcx_harness.robot.program.task import MAIN_PRIORITY, RUN, RobotTask
 from rcx_harness.robot.program.values import Value
 
-__all__ = [
-    "MAIN_PRIORITY",
-    "NEXT_LINE",
-    "RUN",
-    "STEP",
-    "TASKS",
-    "Perform",
-    "ProgramError",
-    "Programs",
-    "RobotTask",
-]
+__all__ = ["TASKS", "Perform", "ProgramError", "Programs"]
 
 #: Numbers of the tasks.
 TASKS = range(1, 17)
-#: Modes of a start: run without limit, one line, or one line with its subroutine.
-RUN, STEP, NEXT_LINE = "run", "step", "next"
+_ROBOT_TASK = 2  # the kind "task" of the Place of an alarm
 
-#: Priority of the main program and of programs that others start.
-MAIN_PRIORITY = 32
-_ROBOT_TASK = 2  # kind of the place of an alarm
-
-#: Executes a statement that is a remote command; see commands/base.py.
+#: Type of the function that executes a statement as a remote command; see commands/base.py.
 Perform = Callable[[Any, Request], Any]
 
 
@@ -68,7 +53,7 @@ class ProgramError(NamedTuple):
 
 
 class Surroundings(Protocol):
-    """The controller as far as its programs need it; see Machine."""
+    """The parts of the controller that its programs use; see Machine."""
 
     config: RobotConfig
     now_us: int
@@ -87,203 +72,15 @@ class Surroundings(Protocol):
         """Raise an alarm."""
 
 
-class RobotTask:
-    """One program as a task. `elapsed_us` is its progress without the time of its stops.
-
-    `state` is `ready` (reset, or not yet started), `running`, `stopped`, `suspended` or `ended`.
-
-    Attributes:
-        number: In the table of tasks; 0 while the program is not registered.
-        priority: 1 (first in each cycle) to 64.
-        temporary: A program has registered it; it leaves the table at its end or reset.
-        variables: Its variables by name; elements of arrays as `A%(3)`.
-        begun: Position of the instruction that has begun and not ended; -1: none.
-        full_cycles: Cycles in which it has used all its statements, as a loop without a wait does.
-        full_line: Its line at the end of the last of these cycles.
-    """
-
-    def __init__(self, program: RobotProgram, variables: dict[str, Value], plain: str) -> None:
-        self.program = program
-        self.code: Program = program_code(program, plain)
-        self.state = "ready"
-        self.number = 0
-        self.priority = MAIN_PRIORITY
-        self.temporary = False
-        self.full_cycles, self.full_line = 0, 0
-        self.variables = variables if self.code.shared else {}
-        self.rewind()
-        self.since_us = 0
-
-    def rewind(self) -> None:
-        """Go back to the first instruction; the program's own variables have no value again."""
-        self.at = 0
-        self.begun = -1
-        self.elapsed_us = 0
-        self.until_us: int | None = None
-        """The end of the wait under way, counted as `elapsed_us`; None without an end."""
-        self.waits = False
-        """It waits for an input of the master only."""
-        self.frames: list[Frame] = []
-        self.handler = -1
-        self.error: tuple[str, int] | None = None
-        self.error_at = -1
-        self.execution: Statement | None = None
-        self.passed: set[int] = set()
-        self.moving_at = -1
-        """The position of the statement that has begun a movement and has not ended; or -1."""
-        self.interrupted = False
-        self.mode = RUN
-        self.depth = 0
-        if not self.code.shared:
-            self.variables.clear()
-
-    @property
-    def integers(self) -> bool:
-        """Return whether variables without a type character are integers."""
-        return self.code.integers
-
-    @property
-    def line(self) -> int:
-        """Return the line that is executed, from 1."""
-        return self.code.line(self.at)
-
-    @property
-    def stack(self) -> list[tuple[str, int]]:
-        """Return the subroutines that have not returned and the current line of each.
-
-        The innermost is first; the last is the program. Labels have their asterisk.
-        """
-        names = [self.program.name, *(self._called(frame) for frame in self.frames)]
-        lines = [*(self.code.line(frame.back - 1) for frame in self.frames), self.line]
-        return list(zip(names, lines, strict=True))[::-1]
-
-    def _called(self, frame: Frame) -> str:
-        """Return the name of the subroutine of a call."""
-        call = self.code.code[frame.back - 1]
-        return str(call.args[0]) if call.kind in ("call", "gosub") else "GOSUB"
-
-    @property
-    def endless(self) -> bool:
-        """Return whether the task runs forever without executing any instruction."""
-        return self.program.begins_again and not self.program.has_code and self.mode == RUN
-
-    def variable(self, name: str) -> Value | None:
-        """Return a variable, or None if it has no value yet."""
-        variables, key = self._place(name, len(self.frames) - 1)
-        return variables.get(key)
-
-    def assign_variable(self, name: str, value: Value) -> None:
-        """Assign a converted value to a variable."""
-        variables, key = self._place(name, len(self.frames) - 1)
-        variables[key] = value
-
-    def _place(self, name: str, depth: int) -> tuple[dict[str, Value], str]:
-        """Return the variables in which a name is found from a depth of calls, and its key."""
-        base = name.partition("(")[0].removeprefix("DIM@")
-        while depth >= 0:
-            frame = self.frames[depth]
-            if frame.variables is None:  # a GOSUB
-                depth -= 1
-            elif base in frame.references:
-                depth, other = frame.references[base]
-                name, base = name.replace(base, other, 1), other
-            elif base in frame.shared:
-                break
-            else:
-                return frame.variables, name
-        return self.variables, name
-
-    def passed_us(self, now_us: int) -> int:
-        """Return the progress of the task without the time of its stops [us]."""
-        return self.elapsed_us + now_us - self.since_us
-
-    def go(self, now_us: int, mode: str = RUN) -> None:
-        """Start, or continue after a stop, as far as the mode says."""
-        self.state = "running"
-        self.since_us = now_us
-        self.mode = mode
-        self.depth = len(self.frames)
-        self.interrupted = True
-
-    def pause(self, now_us: int, state: str = "stopped") -> None:
-        """Stop, or wait in another `state`; the time until the task continues does not count."""
-        if self.state == "running":
-            self.state = state
-            self.elapsed_us += now_us - self.since_us
-
-    def end(self) -> None:
-        """End the task; its next start begins at the first instruction."""
-        if self.state in ("running", "stopped", "suspended"):
-            self.state = "ended"
-            self.rewind()
-        self._leave()
-
-    def reset(self) -> None:
-        """Reset the task to its first instruction; it does not run."""
-        self.rewind()
-        self.state = "ready"
-        self._leave()
-
-    def skip(self) -> None:
-        """Skip the current line."""
-        self.until_us, self.waits, self.execution, self.moving_at = None, False, None, -1
-        self.begun = -1
-        self.state = "stopped"
-        self.at = self.code.behind(self.line)
-        self.come_round()
-
-    def come_round(self) -> None:
-        """Go back to the first line, or end, if the task is behind its last line."""
-        if self.at < len(self.code.code):
-            return
-        self.rewind()
-        if not self.program.begins_again:
-            self.end()
-
-    def has_done(self, at: int) -> bool:
-        """Return whether the task was started for one line only and has finished it.
-
-        Args:
-            at: Position of the instruction that it has executed.
-        """
-        if self.mode == RUN or (at < self.at < len(self.code.code)
-                                and self.line == self.code.line(at)):  # fmt: skip
-            return False
-        return self.mode == STEP or len(self.frames) <= self.depth
-
-    def due_us(self, now_us: int) -> int | None:
-        """Return when the task continues by itself; None if it waits for an input or is stopped."""
-        if self.state != "running" or self.endless:
-            return None
-        if self.until_us is None:
-            return None if self.waits else now_us
-        due_us = self.since_us + self.until_us - self.elapsed_us
-        kind = self.code.code[self.at].kind if self.at < len(self.code.code) else ""
-        return due_us if self.waits or kind in ("delay", "duration") else now_us
-
-    def _leave(self) -> None:
-        if self.temporary:
-            self.number, self.temporary = 0, False
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> RobotTask:
-        """Return a copy that shares the program, because programs never change."""
-        copied = RobotTask.__new__(RobotTask)
-        memo[id(self)] = copied
-        copied.__dict__.update(self.__dict__)
-        for name in ("variables", "frames", "execution", "passed"):
-            setattr(copied, name, copy.deepcopy(getattr(self, name), memo))
-        return copied
-
-
 class Programs:
     """All tasks, and the parts of the controller on which they act.
 
     Attributes:
         tasks: One for each program of the configuration, in the order of their numbers.
-        is_reset: The program has been reset and not started since: SO(14).
+        is_reset: Whether the program has been reset and not started since then: SO(14).
         variables: The variables of the programs that are steps of the robot file, by name.
         errors: The errors that have stopped a program since power-on.
-        observers: Informed of each instruction.
+        observers: The objects that are called at each instruction.
         ways: The paths that PATH statements have defined, by robot.
     """
 
@@ -381,7 +178,7 @@ class Programs:
 
         Args:
             modes: RUN, STEP or NEXT_LINE by place in `tasks`; None: run all tasks that can run.
-            beside: Earlier orders remain valid.
+            beside: Whether earlier orders stay valid, too.
         """
         before = self._to_start if beside else {}
         self._to_start = None if before is None or modes is None else {**before, **modes}
@@ -548,7 +345,7 @@ class Programs:
         return [k for k in registered if self.tasks[k].state == "ended"]
 
     def _work(self, task: RobotTask, now_us: int) -> None:
-        """Execute a task in this cycle, until it has to wait or has used its statements."""
+        """Execute a task in this cycle, until it has to wait or has used up its statements."""
         code = task.code.code
         for _ in range(self.config.program_statements):
             at = task.at
@@ -574,7 +371,8 @@ class Programs:
             for observer in self.observers:
                 observer.ends(task, at, to)
             task.at = at + 1 if to == NEXT else to
-            if task.state != "running":  # by its own SUSPEND or HOLD: it continues after that line
+            # by its own SUSPEND or HOLD; it then continues behind that line
+            if task.state != "running":
                 return
             if task.has_done(at):
                 task.pause(now_us)
@@ -604,7 +402,7 @@ class Programs:
         """Return the task that an order names.
 
         Raises:
-            CommandError: there is none.
+        CommandError: there is no such task.
         """
         if isinstance(wanted.program, int):
             return self.tasks[wanted.program - 1]

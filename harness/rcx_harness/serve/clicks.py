@@ -10,7 +10,7 @@ from rcx_harness.cell.stimulus import Entry, stimulus_text
 
 __all__ = ["MOST", "Clicks", "entry_of"]
 
-#: Maximum number of recorded actions. The latest ones count.
+#: Maximum number of recorded actions; older actions are dropped.
 MOST = 10_000
 
 
@@ -39,7 +39,7 @@ class Clicks:
 
     def text(self) -> str:
         """Return the text of the stimulus file."""
-        about = "What was done on the page of rcx serve: rcx run PROGRAM --stimulus THIS"
+        about = "Actions on the page of rcx serve: rcx run PROGRAM --stimulus THIS"
         return stimulus_text(sorted(self._entries, key=lambda entry: entry.t_us), about)
 
 

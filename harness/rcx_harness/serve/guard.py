@@ -1,4 +1,4 @@
-"""The protection of all pages of this package: loopback, a random token, the own origin."""
+"""The protection of all pages of this package: loopback interface, random token, same origin."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _HEADERS = {
 _TOKEN: web.AppKey[str] = web.AppKey("token", str)
 _COMMAND: web.AppKey[str] = web.AppKey("command", str)
 _FILES: web.AppKey[Mapping[str, tuple[str, str, str]]] = web.AppKey("files", Mapping)
-#: Errors of the sender. They are answered; only errors of this program belong in the log.
+#: Errors of the sender, which are answered; only errors of this program belong in the log.
 _SENDERS_FAULTS = (HttpProcessingError, web.RequestPayloadError, ConnectionError)
 _LOG = logging.getLogger(__name__)
 _LOG.addFilter(lambda record: not isinstance((record.exc_info or (0, 0))[1], _SENDERS_FAULTS))

@@ -12,12 +12,12 @@ from rcx_harness.trace.chart_svg import COLOURS, STYLE, Look, Scale, draw_lane, 
 
 __all__ = ["History", "live_chart"]
 
-_SKIPPED = 30  # a change has bytes 0, 1, 32 and 33 of the area
+_SKIPPED = 30  # a Change contains bytes 0, 1, 32 and 33 of the area
 
 _ROW, _TOP = 22, 28
 _NAMES, _RIGHT, _WIDE = 352, 14, 1266
-#: Below this width the names stand above the waves, so that these have the whole width; the rows
-#: are as much higher.
+#: Below this width the names stand above the waves, which then have the whole width; the rows are
+#: higher by the second number.
 _NARROW, _NAME_ROW = 760, 16
 _LOOK = Look(high=13, edge=0, digits=(4, 3), room=44, filled=True)
 _STEPS_US = (100_000, 200_000, 500_000, 1_000_000, 2_000_000, 5_000_000, 10_000_000)
@@ -31,7 +31,7 @@ _STYLE = (
 
 
 class History:
-    """The changes within the last `kept_us`, and the state before them.
+    """The changes in the last `kept_us`, and the state before them.
 
     Args:
         most: Maximum number of changes, so that memory stays bounded.

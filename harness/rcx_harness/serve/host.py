@@ -27,7 +27,7 @@ from structured_text.output.limits import MOST_LINE_BYTES
 
 __all__ = ["MODULE", "STOP_S", "Host", "Settings"]
 
-#: Module that the child process runs; and the time for it to end before it is killed [s].
+#: Module that the child process runs, and the time after which it is killed if it does not end [s].
 MODULE = "rcx_harness.serve.station_process"
 STOP_S = 5.0
 _ANSWER_S = 5.0
@@ -57,18 +57,19 @@ class Settings:
 
 
 class Host:
-    """A served controller in a process of its own.
+    """A served controller in a separate process.
 
     Attributes:
         size: Bytes of its areas, once it has started.
-        ended: Set when it has ended, unexpectedly or not.
+        ended: Event that is set when the process has ended, unexpectedly or not.
         shapes: Geometry of its robots (`rcx_harness.robot.shape`).
-        drawn: Number of changes of `shapes`.
+        drawn: Number of times that `shapes` has changed.
         listings: Its robot programs (`rcx_harness.robot.listing`); empty if none is a text.
-        way: Latest positions on the way, as in `Status.way`; the page asks often enough for all.
-        failure: The part that has ended by itself, and how; empty as long as all run.
-        events: Latest events that no reader has removed yet.
-        silent: Its process stands still; its watchdog sets this.
+        way: Latest positions during movements, as in `Status.way`; the page reads them before they
+            are dropped.
+        failure: The process that has ended by itself, and how; empty while all run.
+        events: Events that the reader has not removed yet.
+        silent: Whether the process gives no sign of life; the watchdog sets this.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -141,7 +142,7 @@ class Host:
         if not self._folder or not self._file.exists():
             raise InputError("nothing has been recorded", hint="start a recording first")
         if self.status.recording:
-            raise InputError("the recording is still going on", hint="stop it first")
+            raise InputError("the recording is not finished", hint="stop it first")
         return self._file
 
     async def ask(self, message: Mapping[str, Any]) -> int:
@@ -203,14 +204,14 @@ class Host:
                     self._heard.set()
             how = how_ended(await self._process.wait())
             self.failure = self.failure or f"its process has ended by itself ({how})"
-        except (ValueError, TypeError, LookupError) as error:  # a line too long or malformed
-            self.failure = f"its process says what nobody understands ({error})"
+        except (ValueError, TypeError, LookupError) as error:  # the line is too long or malformed
+            self.failure = f"its process has sent an invalid report ({error})"
         finally:
             self.ended.set()
             self._heard.set()
 
     def take(self, status: Status) -> None:
-        """Take a report of the controller."""
+        """Process a report of the controller."""
         self.status = status
         self.reports += 1
         self.events += status.events

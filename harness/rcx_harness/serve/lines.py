@@ -1,4 +1,4 @@
-"""The served controllers without a terminal: plain lines."""
+"""The log of served controllers as plain lines, for output that is not a terminal."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from structured_text.output.throttle import Throttle
 
 __all__ = ["Lines"]
 
-#: A master that is refused comes again every few seconds: the same sentence passes once, and then
-#: it is counted. This is the maximum number of different sentences.
+#: Maximum number of different sentences that are remembered. A refused master tries again every few
+#: seconds, so a sentence is printed once and then only counted.
 _REFUSALS = 50
 
 

@@ -14,9 +14,9 @@ from rcx_harness.serve.watchdog import Watchdog
 __all__ = ["DROPS_EVERY_US", "NetworkJournals", "NetworkNews"]
 
 DROPS_EVERY_US = 5_000_000
-"""Dropped packets are told at most so often."""
+"""Shortest time between two reports of dropped packets."""
 
-#: Time for which a refusal is shown beside the state of the connection.
+#: Time for which a refusal is shown next to the state of the connection.
 _REFUSED_FOR_US = 60_000_000
 #: Processes with a sign of life in the shared memory.
 _PARTS: dict[Literal[Word.CYCLIC_ALIVE, Word.ADAPTER_ALIVE], str] = {
@@ -87,7 +87,7 @@ class NetworkNews:
             self.refused = ""
         for number, what in ((lost, "changes of connections"), (lost_refusals, "refusals")):
             if number:
-                text = f"{number} {what} are not shown: they came too fast"
+                text = f"{number} {what} are not shown: there were too many at once"
                 self._news.note(now_us, "lost", text)
 
     def note_drops(self, network: Status, now_us: int) -> None:
@@ -105,7 +105,7 @@ class NetworkNews:
         return drops_text(network, _difference(network.drops, self._drops_at_opening))
 
     def stalled(self, now_us: int) -> tuple[str, ...]:
-        """Return the processes that stand still."""
+        """Return the processes that give no sign of life."""
         for part, watchdog in self._watchdogs.items():
             watchdog.look(self._network.heard_us(part), now_us)
         silent = [part for part, one in self._watchdogs.items() if one.silent_since_us is not None]

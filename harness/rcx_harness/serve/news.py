@@ -15,19 +15,19 @@ _MOST = 500
 _OWNER = {
     "waiting": "a master has opened the connection",
     "run": "connected",
-    "idle": "connected, but the master's program stands still (idle)",
+    "idle": "connected, but the master's program is stopped (idle)",
     "closed": "the master has closed the connection",
     EndReason.TIMED_OUT.value: "the master fell silent: the connection has timed out",
 }
 _READER = {
     "closed": "it has closed its connection",
     EndReason.TIMED_OUT.value: "its connection has timed out",
-    EndReason.NO_OWNER.value: "the last connection that it listened to has gone",
+    EndReason.NO_OWNER.value: "the last connection to which it listened has ended",
 }
 
 
 class News:
-    """A buffer for events until they are reported; if it is full, the earliest are dropped."""
+    """A buffer for events until they are reported; if it is full, the oldest are dropped."""
 
     def __init__(self) -> None:
         self._events: deque[Event] = deque(maxlen=_MOST)
@@ -42,7 +42,7 @@ class News:
         """Return the events since the last call, in the order of time."""
         events = sorted(self._events, key=lambda event: event.t_us)
         if self._lost:
-            text = f"{self._lost} earlier events are not shown: they came too fast"
+            text = f"{self._lost} earlier events are not shown: there were too many at once"
             events.append(Event(now_us, "lost", text))
         self._events.clear()
         self._lost = 0
@@ -50,10 +50,10 @@ class News:
 
 
 def event_text(event: ConnectionEvent) -> tuple[str, str]:
-    """Return kind and sentence of a change of a connection; both empty if it needs no report.
+    """Return kind and sentence of a change of a connection; both are empty if it needs no report.
 
-    A controller that is switched off has no connections, so their end is not reported. A reader is
-    reported when it comes and when it goes.
+    A controller that is switched off has no connections, so their end is not reported. The first
+    and the last event of a reader are reported.
     """
     if event.kind is ConnectionKind.EXCLUSIVE_OWNER:
         text = _OWNER.get(event.state, "")

@@ -1,4 +1,4 @@
-"""A recording of a served controller, started and stopped by the user: a separate trace."""
+"""A recording of a served controller: a separate trace that the user starts and stops."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from structured_text.errors import Violation
 
 __all__ = ["MOST_CYCLES", "Recorder"]
 
-#: Number of cycles after which a recording ends: an hour of continuous motion.
+#: Maximum number of recorded cycles: an hour of continuous motion.
 MOST_CYCLES = 720_000
 _UNIT = "mm"
 
@@ -50,7 +50,7 @@ class Recorder:
         return self.cycles >= MOST_CYCLES
 
     def note(self, now_us: int, cycle: int, si: bytes, so: bytes, *, last: bool = False) -> None:
-        """Record a cycle if something has changed or it is the last one."""
+        """Record a cycle if it has a change or is the last cycle."""
         stood, posed = where(self._controller, _UNIT), tuple(poses(self._controller))
         tasks, before = self._tasks.changed(), (self._seen, self._stood, self._posed)
         if ((si, so), stood, posed) == before and tasks is None and not last:

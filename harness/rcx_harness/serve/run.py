@@ -1,4 +1,4 @@
-"""The program of `rcx serve`: start controllers and page, show them until Ctrl-C, end them."""
+"""The course of `rcx serve`: start controllers and page, show them until Ctrl-C, end them."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ async def serve(every: Sequence[Settings], web_port: int | None, *, quiet: bool)
     `web_port` is 0 for any free port and None for no page. With `quiet` only problems are printed.
 
     Returns:
-        0 after a signal, 1 if a part of a controller has ended by itself; then all are ended.
+        0 after a signal; 1 if a part of a controller has ended by itself, which ends all of them.
 
     Raises:
         InputError: a controller or the page cannot be served, or aiohttp is missing.
-        OSError: the output cannot be written; all controllers are ended then, too.
+        OSError: the output cannot be written, which ends all controllers, too.
     """
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
@@ -49,7 +49,8 @@ async def _serve(
     page = _page(hosts, web_port)
     try:
         await _start(hosts, stop)
-        for line in warnings(every):  # even after an early signal: the port was open
+        # printed even after an early signal, because the port was open
+        for line in warnings(every):
             print(f"rcx: {line}", file=sys.stderr, flush=True)
         if page is not None and not stop.is_set():
             await page.start()
@@ -77,8 +78,9 @@ def warnings(every: Sequence[Settings]) -> list[str]:
     """Return a warning for each controller that other computers can reach."""
     beyond = [one.host for one in every if not ipaddress.IPv4Address(one.host).is_loopback]
     return [
-        f"warning: {host} can be reached from the network: this simulated controller asks nobody "
-        "for a password, whoever reaches it drives it; let only the PLC's network come there"
+        f"warning: {host} can be reached from the network: this simulated controller has no "
+        f"password, so everybody who reaches it can drive it; allow only the PLC's network to "
+        f"reach it"
         for host in beyond
     ]
 
@@ -151,7 +153,8 @@ async def _show(hosts: Sequence[Host], quiet: bool) -> None:
     if quiet:
         await asyncio.Event().wait()
     if sys.stdout.isatty():
-        from rcx_harness.serve.terminal import show  # rich takes 2 MiB
+        # rich needs 2 MiB of memory, so it is imported only if it is used
+        from rcx_harness.serve.terminal import show
 
         await show(hosts, _SHOW_EVERY_S)
     lines = Lines(hosts)

@@ -1,4 +1,4 @@
-"""Warnings about processes of the served controllers that stand still."""
+"""Warnings about processes of the served controllers that give no sign of life."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ __all__ = ["Stalls"]
 
 
 class Stalls:
-    """Reports controller processes that stop responding, and that respond again."""
+    """The reports about controller processes that stop responding or respond again."""
 
     def __init__(self, hosts: Sequence[Host]) -> None:
         self._hosts = hosts
         self._watchdogs = [Watchdog() for _ in hosts]
-        self._heard = [(0, 0) for _ in hosts]  # number of reports, and time of the last
+        # by controller: number of its reports, and time of the last report
+        self._heard = [(0, 0) for _ in hosts]
         self._stalled: list[tuple[str, ...]] = [() for _ in hosts]
 
     def new(self, now_us: int) -> list[str]:
@@ -33,12 +34,12 @@ class Stalls:
                 lines.append(_still(host, "its process"))
             elif found is Watchdog.Finding.BACK:
                 passed = f"after {(now_us - since_us) / 1e6:.1f} s"
-                lines.append(f"controller {host.name}: its process goes on {passed}")
+                lines.append(f"controller {host.name}: its process continues {passed}")
             before, now = self._stalled[number], host.status.stalled
             self._stalled[number] = now
             lines += [_still(host, part) for part in now if part not in before]
             lines += [
-                f"controller {host.name}: {part} goes on" for part in before if part not in now
+                f"controller {host.name}: {part} continues" for part in before if part not in now
             ]
         return lines
 
@@ -46,6 +47,6 @@ class Stalls:
 def _still(host: Host, part: str) -> str:
     seconds = f"{LIMIT_US / 1e6:g} s"
     return (
-        f"controller {host.name}: {part} has not been heard for {seconds}; it was stopped, or this "
-        "computer is too busy"
+        f"controller {host.name}: {part} has given no sign of life for {seconds}; it was stopped, "
+        "or this computer is too busy"
     )

@@ -29,10 +29,11 @@ __all__ = ["LINK_EVENTS", "Images", "Station"]
 #: Events of the network, in addition to those of the controller.
 LINK_EVENTS = {
     "link_down": "pull the network cable",
-    "link_up": "plug it in again",
+    "link_up": "plug in the network cable",
 }
 
-_NO_ARGUMENTS = {"self", "event"}  # parameters of Controller.inject itself
+# the parameters of Controller.inject that are not arguments of events
+_NO_ARGUMENTS = {"self", "event"}
 _KEPT = 20
 _MOST_CHANGES = 2000
 #: The path is sampled every 4 cycles (20 ms). A report has at most the samples of a second.
@@ -61,11 +62,10 @@ class Station:
 
     Args:
         images: The areas that are exchanged with the network.
-        trace: Takes each cycle in which the areas or the tasks of robot programs have changed, and
-            each broken rule.
+        trace: Trace for each broken rule, and for each cycle in which areas or tasks have changed.
 
     Attributes:
-        begin_us: Its time 0 on the clock of the adapter's processes [us].
+        begin_us: Time 0 of the controller on the clock of the adapter's processes [us].
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class Station:
         self._host = host
         self._recorder: Recorder | None = None
         self._recorded = 0
-        self._drawn = -1  # executed commands at the last report of the shapes
+        self._drawn = -1  # number of executed commands at the last report of the shapes
         self._listings = tuple(listings(controller))
         self._listed = False  # the listings have been reported
         self._traced_tasks = Tasks(controller)
@@ -266,7 +266,7 @@ class Station:
         return tuple(shapes(self.controller))
 
     def _tasks(self) -> tuple[dict[str, Any], ...]:
-        """Return where each task is; empty if no program is a text."""
+        """Return the current line and state of each task; empty if no program is a text."""
         return task_places(self.controller) if self._listings else ()
 
     def _new_listings(self) -> tuple[dict[str, Any], ...]:
@@ -277,16 +277,17 @@ class Station:
     def _take_inputs(self) -> bytes | None:
         """Return the inputs from the owner of the connection; None if there is no connection.
 
-        Two questions decide. If the owner's connection is new, the controller must see one cycle
-        without a connection, even if the loss and the new connection lie between two cycles. If the
-        owner is idle, the option `idle_header` decides: `loss` treats it as a lost connection,
-        otherwise the last inputs of RUN stay, or zeros if there were none.
+        If the owner's connection is new, the controller must see one cycle without a connection,
+        even if the loss and the new connection lie between two cycles. If the owner is idle, the
+        option `idle_header` decides: `loss` treats it as a lost connection; otherwise the last
+        inputs of RUN stay, or zeros if there were none.
         """
         network = self._images.status()
         generation, self._generation = self._generation, network.generation
         there = network.owner in (OwnerState.RUN, OwnerState.IDLE)
-        # A generation counts each change of the owner. One step is a change between run and idle.
-        # More steps are a loss and a new connection between two cycles.
+        # The generation counts the changes of the owner. If it has grown by 1, run and idle have
+        # changed. If it has grown by more, the connection was lost and a new one opened between two
+        # cycles.
         replaced = self._last_run is not None and network.generation - (generation or 0) > 1
         if not self.controller.online or not there or replaced:
             self._last_run = None
@@ -356,7 +357,7 @@ class Station:
             self._violation_count += 1
             text = violation.text
             if violation.t_us - self._skipped_us < _SKIPS_MATTER_US:
-                text += " (this computer was late just before: perhaps not the master's fault)"
+                text += " (this computer was late just before; that may be the cause)"
             self._violations.append(Note(violation.t_us, text))
             self._news.note(violation.t_us, "violations", f"rule broken: {text}")
             text = f"robot, cycle {self._cycles - 1}: {violation.rule}: {text}"
@@ -383,7 +384,7 @@ class Station:
         return si is not None, inputs.hex(), (so[:2] + so[_DEDICATED]).hex()
 
     def _follow_command(self) -> None:
-        """Note a remote command when its status appears, and its result when that appears."""
+        """Note a remote command when its first status appears, and its result at its end."""
         before, self._status_word = self._status_word, int.from_bytes(self._so[:2], "little")
         status = self._status_word
         if status == before:
@@ -397,7 +398,7 @@ class Station:
         if status in ENDS:
             result = response_text(self._request[0], input_words(self._so))
         elif not status:
-            result = "given up by the master or lost with the connection"
+            result = "dropped by the master, or lost with the connection"
         else:
             return
         self._commands[-1] = CommandNote(latest.t_us, latest.request, result)

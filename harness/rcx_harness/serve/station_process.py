@@ -1,9 +1,9 @@
 """The process of a served controller: its adapter, its 5 ms cycle, and a pipe to its parent.
 
 `rcx_harness.serve.host` starts it with its settings as JSON. Standard input receives requests, one
-line each. Standard output first reports whether the process listens, and then the state of the
-controller, ten times a second. The process ends when its standard input ends, and so at the latest
-with its parent. It also ends when a part of it has ended by itself, which it reports.
+per line. Standard output first reports whether the process listens, and then the state of the
+controller ten times a second. The process ends when its standard input ends, at the latest with its
+parent. If a part of it has ended by itself, it reports this and ends, too.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ __all__ = ["REPORT_CYCLES", "Channel", "Pace", "main", "run"]
 class Pace:
     """A fixed grid of cycles on a monotonic clock.
 
-    A late cycle runs once. Cycles missed meanwhile are skipped and counted, and never made up for.
-    Therefore neither a late wake-up nor a standstill of this computer shifts later cycles. The
-    controller's time is a whole number of periods and stays real time.
+    A late cycle runs once. The cycles missed meanwhile are skipped and counted. Therefore neither a
+    late wake-up nor a standstill of this computer shifts later cycles. The controller's time is a
+    whole number of periods and stays real time.
     """
 
     def __init__(self, start_us: int, period_us: int) -> None:
@@ -103,7 +103,7 @@ class Channel:
             return
 
     def finish(self, line: str) -> None:
-        """Send a last line, and wait until it is written, unless the parent does not read."""
+        """Send a last line; if the parent reads, wait until it is written."""
         with suppress(queue.Full):
             self._out.put(line, timeout=_LAST_LINE_S)
             self._out.put(_NO_MORE, timeout=_LAST_LINE_S)
@@ -195,7 +195,7 @@ def main(argument: str) -> None:
                 failure=lambda: adapter.failure,
             )
             station.finish()
-        except InputError as error:  # the trace can no longer be written
+        except InputError as error:  # for example, the trace can no longer be written
             reason = str(error)
         except Exception as error:  # an internal error: report it to the parent
             traceback.print_exc()

@@ -1,4 +1,4 @@
-"""The reports of a served controller, as its process sends them: one line of JSON each."""
+"""The reports that the process of a served controller sends, each as a line of JSON."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["Change", "CommandNote", "Connection", "Event", "Note", "Status"]
 
 @dataclass(frozen=True)
 class Change:
-    """A moment at which a signal of the chart has changed.
+    """The state of the signals of the chart after a change.
 
     `si` and `so` are four bytes each in hexadecimal: word 0, then the two dedicated bytes.
     """
@@ -45,7 +45,7 @@ class Event:
     """An event in words, with its time and kind.
 
     Kinds are connection, readers, refused, dropped, leds, alarms, commands, violations, skipped and
-    lost. Each kind is throttled separately, so that a flood of one does not hide the others.
+    lost. Each kind is throttled separately, so that a flood of one kind does not hide other kinds.
     """
 
     t_us: int
@@ -58,11 +58,11 @@ class Connection:
     """The master's connection: `state` is none, waiting, run, idle, timed out or closed.
 
     `peer` is the master's address. The packet intervals are in microseconds, 0 without a
-    connection. `received` and `sent` count packets, `others` the further connections, which only
-    listen. `dropped` is a text on all packets dropped since the start, with reasons. `untaken` is
-    the same since a master that still waits has opened its connection. `refused` is the last
-    refused connection as a sentence; it is empty after a minute, or once a master has connected
-    since.
+    connection. `received` and `sent` count packets. `others` counts further connections, which only
+    listen. `dropped` is a text about all packets dropped since the start, with reasons. `untaken`
+    is the same text for the packets since a waiting master has opened its connection. `refused` is
+    a sentence about the last refused connection; it is empty after a minute, or once a master has
+    connected.
     """
 
     state: str = "none"
@@ -83,12 +83,12 @@ class Status:
 
     `si` and `so` are the areas in hexadecimal; `si` is empty if the controller sees no connection.
     LEDs are those of `rcx_harness.robot.Led`. Positions are listed robot by robot, in pulses and in
-    mm. `way` has the pulses on the way since the previous report, each behind its time [us].
-    `poses` and `shapes` are those of `rcx_harness.robot.shape`; `shapes` is empty if it has not
-    changed. `tasks` and `listings` are those of `rcx_harness.robot.listing`; `tasks` is empty if no
-    program is a text, and `listings` in all but the first report. `workpieces` are axis and pulses,
-    `held` the outputs that are held or forced. `stalled` names the processes of its network that
-    stand still, `events` the events since the previous report.
+    mm. `way` has the positions [pulses] during movements since the previous report, each after its
+    time [us]. `poses` and `shapes` come from `rcx_harness.robot.shape`; `shapes` is empty if it has
+    not changed. `tasks` and `listings` come from `rcx_harness.robot.listing`; `tasks` is empty if
+    no program is a text, and `listings` is empty except in the first report. `workpieces` are axis
+    and pulses, and `held` are the outputs that are held or forced. `stalled` names the processes of
+    its network that give no sign of life. `events` are the events since the previous report.
     """
 
     t_us: int = 0

@@ -19,7 +19,7 @@ from structured_text.output.console import draws
 __all__ = ["screen", "show"]
 
 _STYLES = {"green": "bold green", "red": "bold red", "off": "dim"}
-_FULL_HEIGHT = 23  # lines of a controller with all its dedicated bits
+_FULL_HEIGHT = 23  # number of lines of a controller with all its dedicated bits
 _COMMANDS = 3
 #: Characters for lamps that are on, and off.
 _LAMPS, _PLAIN = ("●", "○"), ("*", ".")
@@ -36,7 +36,7 @@ async def show(hosts: Sequence[Host], every_s: float) -> NoReturn:
 
 
 def screen(hosts: Sequence[Host], height: int, *, ascii_only: bool = False) -> RenderableType:
-    """Return the table for a terminal of `height` lines; in a small one, show only the bits ON."""
+    """Return the table for a terminal of `height` lines; a small one has only the bits ON."""
     full = len(hosts) * _FULL_HEIGHT <= height
     lamps = _PLAIN if ascii_only else _LAMPS
     return Group(*(_panel(view(number, host), full, lamps) for number, host in enumerate(hosts)))

@@ -7,14 +7,14 @@ from enum import Enum
 __all__ = ["LIMIT_US", "Watchdog"]
 
 LIMIT_US = 2_000_000
-"""A process that has not shown its life for this time stands still; each does so every 0.3 s."""
+"""Longest time between two signs of life; a process gives one every 0.3 s."""
 
 
 class Watchdog:
     """A watchdog for one process; the caller gives the time."""
 
     class Finding(Enum):
-        """The result of a look."""
+        """The result of a check."""
 
         SILENT = "silent"
         """The process has just been silent for too long."""
@@ -30,13 +30,13 @@ class Watchdog:
     def look(self, heard_us: int, now_us: int) -> Watchdog.Finding | None:
         """Evaluate the latest sign of life; call it at least twice within the limit.
 
-        If the watcher itself has stood still, the measurement of the silence restarts, since the
-        whole computer may have been asleep.
+        If the watchdog itself was not called for a long time, the measurement of the silence
+        restarts, because the whole computer may have been asleep.
 
         `heard_us` is the time of the last sign of life; 0: none yet.
 
         Returns:
-            The change since the last call; None without one.
+            The change since the last call; None without a change.
         """
         looked_us, self._looked_us = self._looked_us, now_us
         if looked_us is None or now_us - looked_us >= self._limit_us // 2:

@@ -160,7 +160,7 @@ async def _record(request: web.Request) -> web.Response:
     """Start a recording on `{"do": "start"}`, end it on `{"do": "stop"}`."""
     message = await read_message(request, '{"do": "start"}', "a recording", do=str)
     if message["do"] not in ("start", "stop"):
-        raise InputError("a recording can start and stop", hint='send {"do": "start"}')
+        raise InputError("a recording can only start or stop", hint='send {"do": "start"}')
     _, host = _host(request)
     await host.record(on=message["do"] == "start")
     return web.json_response({"done": message["do"]})
@@ -178,13 +178,13 @@ async def _begin_stimulus(request: web.Request) -> web.Response:
     """Delete the recorded actions on `{"do": "begin"}`; the time of the stimulus is then 0."""
     message = await read_message(request, '{"do": "begin"}', "a stimulus", do=str)
     if message["do"] != "begin":
-        raise InputError("a stimulus can begin", hint='send {"do": "begin"}')
+        raise InputError("a stimulus can only begin", hint='send {"do": "begin"}')
     request.app[_CLICKS].begin([host.status.t_us for host in request.app[_HOSTS]])
     return web.json_response({"done": "begin"})
 
 
 async def _stimulus(request: web.Request) -> web.Response:
-    """Return the actions since then as a stimulus file."""
+    """Return the actions since the last `begin` as a stimulus file."""
     headers = {"Content-Disposition": 'attachment; filename="stimulus.toml"'}
     return web.Response(text=request.app[_CLICKS].text(), headers=headers)
 

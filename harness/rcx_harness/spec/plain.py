@@ -1,4 +1,4 @@
-"""Remote commands and alarms in plain language, each in one line."""
+"""Remote commands and alarms in plain language, as lines of text."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def alarm_name(number: str) -> str:
 
 
 def _fields(fields: Sequence[spec.Field], values: Mapping[str, spec.FieldValue]) -> list[str]:
-    """Return the fields with information: neither fixed nor 0, nor an empty text."""
+    """Return the fields with information: not fixed, not 0 and not an empty text."""
     shown = []
     for part in fields:
         value = values[part.name]

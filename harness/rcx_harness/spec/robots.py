@@ -1,7 +1,8 @@
 """The robots that a robot file can name, from `spec/robots.toml`, and their acceleration.
 
-All types follow one law. The force of an axis is the power of its motor divided by its speed, times
-a factor. It moves the load and the mass of the axis, which is a share of the robot's largest load.
+The same law holds for all types. The force of an axis is the power of its motor divided by its
+speed, times a factor. The force accelerates the load and the mass of the axis; this mass is a share
+of the robot's largest load.
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ class Law:
     """The acceleration of an axis as a function of its motor, its speed and the moved mass.
 
     Attributes:
-        factor: Factor for the force that the motor has at full speed.
-        own_share: Share of the largest load that is the mass of the axis itself.
+        factor: Factor for the force of the motor at full speed.
+        own_share: Mass of the axis itself as a share of the largest load.
         fitted: The models whose standard cycle times both numbers were fitted to.
     """
 
@@ -89,7 +90,7 @@ class RobotModel:
         also: Further remarks.
         arms: Lengths of arm 1 and 2 of a SCARA robot [mm]; empty for a Cartesian one.
         payload: Its largest load [kg].
-        cycles: Standard cycle times by load: [kg] to [s]; the catalogue's own one first.
+        cycles: Standard cycle times by load: [kg] to [s]; the catalogue's value is first.
     """
 
     name: str
@@ -174,7 +175,7 @@ def _model(row: dict[str, Any], table: dict[str, Any]) -> RobotModel:
 
 
 def _shared(speed_xy: float, arms: tuple[float, ...], ratio: float) -> tuple[float, float]:
-    """Return the speeds of axes 1 and 2 [degree/s] for that of the stretched arm's end [mm/s]."""
+    """Return the speeds of axes 1 and 2 [degree/s] from the speed of the stretched arm [mm/s]."""
     first = _degrees(speed_xy / (sum(arms) + ratio * arms[1]))
     return first, ratio * first
 

@@ -17,13 +17,12 @@ BASES = ("manual", "public", "measured", "assumed")
 
 @dataclass(frozen=True)
 class Rule:
-    """One rule.
+    """A rule of the virtual controller.
 
     Attributes:
-        section: Section of the manual that states it, if any.
-        basis: One of BASES; a row of the table gives it only if it is neither the manual nor
-            assumed.
-        source: The public source, or who measured what, with which firmware.
+        section: Section of the manual that states it; empty if the manual is silent.
+        basis: One of BASES. A row of the table has it only if it is neither the manual nor assumed.
+        source: The public source, or the person, device and firmware of a measurement.
         knobs: The keys of a robot file that change it.
     """
 

@@ -39,7 +39,7 @@ class Signal:
     """One dedicated bit (manual chapter 5, 1 and 2).
 
     `name` is its name in the library, `signal` its name in the manual. `address` is `m+32` or
-    `n+33`. `acts` tells whether an input acts by its level or by its OFF to ON edge.
+    `n+33`. `acts` is `level` or `edge`: an input acts by its level or by its OFF to ON edge.
     """
 
     name: str

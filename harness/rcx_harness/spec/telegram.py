@@ -1,6 +1,6 @@
 """The telegram of a remote command: fields, words, and checks of their values.
 
-Words are lists of 16: word k is at byte 2k of the area, word 0 is the code or status.
+A telegram has 16 words: word k is at byte 2k of the area, and word 0 is the code or status.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class Field:
 
     @property
     def mask(self) -> int:
-        """Return the bits of its (first) word that it covers."""
+        """Return the bits that the field covers in its (first) word."""
         if self.type != "bits":
             return 0xFFFF
         low, high = self.bits
@@ -67,7 +67,7 @@ class Field:
 
     @property
     def words(self) -> Sequence[int]:
-        """Return the indices of the words that it covers."""
+        """Return the indices of the words that the field covers."""
         if self.type == "bits":
             size = 2
         elif self.type == "text":
@@ -77,7 +77,7 @@ class Field:
         return range(self.at // 2, (self.at + size) // 2)
 
     def units_by(self, names: Collection[str]) -> tuple[str, dict[int, str]]:
-        """Return the field of `names` that selects the unit, and the unit for each value of it."""
+        """Return the field that selects the unit, and the unit for each of its values."""
         units = re.split(r", | or ", self.unit)
         if len(units) > 1 and self.by:
             return self.by, dict(zip(self.ranges, units, strict=True))
@@ -85,7 +85,7 @@ class Field:
         return (by, dict(enumerate(units))) if len(units) > 1 and by else ("", {})
 
     def unit_among(self, values: Mapping[str, FieldValue]) -> str:
-        """Return the field's unit in a telegram with these `values`, if a selection decides it."""
+        """Return the field's unit in a telegram with these `values`; empty if it is undecided."""
         by, units = self.units_by(values)
         return units.get(cast(int, values[by]), "") if by else self.unit
 
@@ -96,7 +96,8 @@ class Field:
         raw = b"".join(words[k].to_bytes(2, "little") for k in self.words)
         if self.type == "text":
             text = raw[: self.length].decode("latin-1")
-            return text.rstrip("\0" if text.endswith("\0") else " ")  # padded with one of them
+            # texts are padded with one of these characters
+            return text.rstrip("\0" if text.endswith("\0") else " ")
         every = tuple(part[0] for part in struct.iter_unpack(_FORMATS[self.type], raw))
         return every if self.count > 1 else every[0]
 

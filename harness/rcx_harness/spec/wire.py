@@ -1,7 +1,7 @@
-"""The facts of the wire, defined here only: sizes, assemblies, cycle and status words.
+"""The facts of the wire: sizes, assemblies, cycle and status words.
 
-The controller, the adapter and the watching monitor have independent code for their judgements.
-They share only these numbers. tests/spec/test_wire.py reads them a second time.
+Controller, adapter and wire monitor judge by independent code and share only these numbers.
+tests/spec/test_wire.py repeats the numbers from the manual.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ TO_MASTER, TO_ROBOT = 100, 150
 """Instances of the Assembly object that carry the areas (manual chapter 1, 4.3; chapter 5, 4)."""
 
 DEDICATED_AT, RESERVED_AT = 32, 46
-"""Bytes of an area from which on the dedicated bits and the reserved bytes lie (chapter 1, 4.1)."""
+"""Offsets of the dedicated bits and of the reserved bytes in an area (chapter 1, 4.1)."""
 
 CYCLE_US = 5_000
 """The controller's I/O update interval in microseconds (manual chapter 5, 4)."""

@@ -1,7 +1,7 @@
 """The pytest plugin for users who test their own PLC project: settings, cells, evidence.
 
-This module lists the settings. pytest loads the plugin in every run, so the module must not import
-anything else of the harness.
+This module lists the settings. pytest loads it in every run, so it must not import other modules of
+the harness.
 """
 
 from __future__ import annotations
@@ -20,8 +20,12 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "metavar": "NAME",
         "help": "the PLC tool whose behaviour the program gets, such as codesys or tia",
     },
+    "device": {
+        "metavar": "NAME",
+        "help": "the device to read, if a project in PLCopen XML has several",
+    },
     "link": {"choices": ("direct", "enip"), "help": "network; enip: real EtherNet/IP packets"},
-    "seed": {"type": int, "metavar": "N", "help": "seed of all that is drawn"},
+    "seed": {"type": int, "metavar": "N", "help": "seed of all random values"},
     "scan": {"metavar": "TIME", "help": "period of the PLC, as 10ms"},
     "robot": {
         "action": "append",
@@ -47,9 +51,9 @@ VALUES = {
     "lib": "folder of the library; default: that of rcx-harness",
     "size": "bytes of the areas, 48 or 256; default: the robot's",
     "m": "where in the inputs the area begins; of several robots: 0 48",
-    "n": "where in the outputs the area begins",
+    "n": "offset of the area in the outputs",
     "rpi": "packet interval",
     "jitter": "greatest delay of a packet",
-    "positions": "charts and traces show where the robot is: in pulses, or mm",
+    "positions": "charts and traces show the position of the robot in pulses or mm",
     "on_loss": "the PLC's inputs without a link: hold or clear",
 }

@@ -1,4 +1,4 @@
-"""The cells of one test: created from its settings, watched, attached to its report, closed."""
+"""The cells of a test: built from its settings, checked, attached to its report, closed."""
 
 from __future__ import annotations
 
@@ -115,7 +115,8 @@ class Cells:
         report.sections += self._collect()
         named: list[tuple[str, object]] = [(f"rcx_{path.stem}", str(path)) for path in self._files]
         report.user_properties += named
-        self._item.user_properties += named  # a JUnit report takes them at the test's end
+        # a JUnit report reads these texts at the end of the test
+        self._item.user_properties += named
         if self._item.config.pluginmanager.hasplugin("html"):
             _attach_html(report, self._files)
 
@@ -172,7 +173,7 @@ class Cells:
         return parent.joinpath(folder_of(self._item))
 
     def _forget_last_run(self) -> None:
-        """Remove the files that an earlier run has left for this test, since it may pass now."""
+        """Remove the files that an earlier run has left for this test, because it may pass now."""
         folder = self._named_folder()
         if folder is None or not folder.is_dir():
             return
@@ -183,7 +184,7 @@ class Cells:
             folder.rmdir()
 
     def _allowed(self, violation: Violation) -> bool:
-        """Return whether a marker allows the violation: by its rule, or all of them."""
+        """Return whether a marker allows the violation: its rule, or all rules."""
         markers = self._item.iter_markers("allow_violations")
         return any(not marker.args or violation.rule in marker.args for marker in markers)
 
@@ -211,7 +212,7 @@ def folder_of(item: pytest.Item) -> Path:
 
 
 def _hint_at_units(error: InputError, settings: Mapping[str, Any]) -> None:
-    """Add a hint on the unit if a bare number was refused as a time."""
+    """Add a hint about the unit if a number without a unit was refused as a time."""
     for name, what in _TIMES.items():
         value = settings.get(name)
         if type(value) is int and not error.hint and error.message.startswith(f"{what} is "):
@@ -228,7 +229,7 @@ def _file_name(name: str) -> str:
 
 
 def shorten(excinfo: pytest.ExceptionInfo[BaseException]) -> None:
-    """Hide the harness's frames below the user's line, unless pytest runs with --full-trace."""
+    """Hide the harness's frames below the user's line, except with --full-trace."""
     for entry in excinfo.traceback:
         path = entry.path
         if isinstance(path, Path) and any(map(path.is_relative_to, _PACKAGES)):
@@ -236,7 +237,7 @@ def shorten(excinfo: pytest.ExceptionInfo[BaseException]) -> None:
 
 
 def _tells_the_user(excinfo: pytest.ExceptionInfo[BaseException] | None) -> bool:
-    """Return whether the error is due to the user's input or test, not to the harness."""
+    """Return whether the user's input or test has caused the error, not the harness."""
     return excinfo is not None and isinstance(excinfo.value, (CellTimeout, InputError))
 
 

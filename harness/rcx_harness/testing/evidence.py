@@ -23,14 +23,14 @@ from structured_text.output.units import format_us
 __all__ = ["LastChanges", "broken_rules", "chart_of", "state_of", "watched_of", "write_files"]
 
 _SECOND_US = 1_000_000
-#: A chart covers more than the last second if it would show fewer changes than this.
+#: If the last second has fewer changes than this, a chart covers a longer time.
 _FEWEST = 6
 _WIDTH = (80, 120)
 _MOST_RULES = 20
 
 
 class LastChanges(Timeline):
-    """The end of a run: the last second, or the last changes if that second has only few."""
+    """The end of a run: the last second, or the last changes if that second has only a few."""
 
     def __init__(self, cell: Cell) -> None:
         super().__init__(cell.trace)
@@ -54,7 +54,7 @@ class LastChanges(Timeline):
 
 
 def chart_of(cell: Cell) -> str:
-    """Return the end of the run as text, below a line that gives the time range."""
+    """Return the end of the run as text, below a line with its time range."""
     chart = LastChanges(cell)
     width = max(_WIDTH[0], min(shutil.get_terminal_size((100, 24)).columns, _WIDTH[1]))
     out = sys.__stdout__
@@ -89,7 +89,7 @@ def broken_rules(cell: Cell) -> str:
 
 
 def write_files(cell: Cell, folder: Path, title: str, suffix: str = "") -> list[Path]:
-    """Write chart, trace and page into a folder, over those of an earlier run.
+    """Write chart, trace and page into a folder, and replace the files of an earlier run.
 
     Trace and page contain the records in memory: the latest 40,000, about two minutes.
     """

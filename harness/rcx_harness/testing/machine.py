@@ -51,10 +51,10 @@ _HELD_MS = st.sampled_from((10, 20, 50, 100, 200, 500, 1000, 3000))
 class CellMachine(RuleBasedStateMachine):
     """A cell with an operator, a network and robots that act in any order.
 
-    `demands` gives the possible actions and the required properties, as the files of `rcx campaign`
-    do. After each step all rules and properties are checked; `recover` demands the way back to a
-    working cell. A failing run is written as a stimulus that `rcx run` replays. The last file
-    written is that of hypothesis's shortest run.
+    `demands` has the possible actions and the required properties, in the form of the files of `rcx
+    campaign`. After each step all rules and properties are checked. `recover` demands that the
+    operator can restart the cell. A failing run is written as a stimulus that `rcx run` replays;
+    the last file is from hypothesis's shortest run.
     """
 
     cells: Cells
@@ -81,7 +81,7 @@ class CellMachine(RuleBasedStateMachine):
     @precondition(lambda self: bool(self.demands.buttons))
     @rule(data=st.data(), held_ms=_HELD_MS)
     def press(self, data: st.DataObject, held_ms: int) -> None:
-        """Press a button; it is released after `held_ms`, whatever happens meanwhile."""
+        """Press a button; it is released after `held_ms` in any case."""
         button = data.draw(st.sampled_from(self.demands.buttons))
         self._plan(Entry(self.cell.now_us, values={button: True}, held_us=held_ms * 1000))
 
@@ -115,7 +115,7 @@ class CellMachine(RuleBasedStateMachine):
     @precondition(lambda self: self.demands.recovery is not None)
     @rule()
     def recover(self) -> None:
-        """Wait until all causes are gone, then check that the way back leads to a working cell."""
+        """Wait for the end of all faults, and check that the recovery leads to a working cell."""
         course = self._course
         ends_us = [part.t_us for act in course.done for part in act.parts()]
         left_us = max(0, max(ends_us, default=0) + 1_000 - self.cell.now_us)
@@ -129,7 +129,7 @@ class CellMachine(RuleBasedStateMachine):
         self._try(self._course.check)
 
     def set(self, values: Mapping[str, Any]) -> None:
-        """Set variables, and let a moment pass."""
+        """Set variables, and let a short time pass."""
         self._plan(Entry(self.cell.now_us, values=values))
 
     def _plan(self, act: Entry) -> None:
@@ -162,14 +162,16 @@ def run_machine(
 ) -> None:
     """Run a machine on cells with the settings of a test.
 
-    `demands` are files relative to the project's folder. Without `machine` the ready-made one runs.
+    `demands` are files relative to the project's folder. Without `machine`, `CellMachine` runs.
     `temporary` is the folder for a failing run if the project names none.
     """
     options = settings_of(item, {})
     home = project(item.config)
     replaced = options.pop("replace", None)
     dialect = options.pop("dialect", None)
-    files = source_files(options.pop("program"), options.pop("lib", None), replaced, dialect)
+    device = options.pop("device", "")
+    named, lib = options.pop("program"), options.pop("lib", None)
+    files = source_files(named, lib, replaced, dialect, device)
     compiled = Compiled(files, options.pop("engine", "auto"))
     options.pop("seed", None)
     made = Demands.load([home / one for one in demands])

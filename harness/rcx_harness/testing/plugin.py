@@ -39,8 +39,8 @@ def pytest_addoption(parser: pytest.Parser, pluginmanager: pytest.PytestPluginMa
     types: dict[str, dict[str, Any]] = {"scan": {"type": _duration}}
     add_options(parser, {name: {**one, **types.get(name, {})} for name, one in OPTIONS.items()})
     LIBRARIES.add(_library)
-    # pytest calls hooks of later plugins first. Register the toolkit before this plugin's other
-    # hooks are known, so that these are called first.
+    # pytest calls the hooks of plugins registered later first. The toolkit is registered here,
+    # before the other hooks of this plugin, so that the hooks of this plugin are called first.
     if not pluginmanager.is_registered(toolkit):
         pluginmanager.register(toolkit, toolkit.__name__)
     for name, text in LISTS.items():
@@ -84,7 +84,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 def rcx_build(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Build]:
-    """Build further cells: takes what the marker `rcx` takes, on top of this test's settings."""
+    """Return a function that builds further cells; its arguments are those of the marker `rcx`."""
     from rcx_harness.testing.cells import Cells
 
     cells = Cells(request.node, tmp_path_factory)
@@ -104,7 +104,8 @@ def cell(rcx_build: Build) -> Cell:
         return rcx_build()
     except InputError as error:
         reason = f"rcx: {error}"
-    pytest.fail(reason, pytrace=False)  # outside of except: no chained traceback
+    # outside of `except`, so that the traceback of the first error is not printed, too
+    pytest.fail(reason, pytrace=False)
 
 
 @pytest.fixture
@@ -115,9 +116,10 @@ def robot(cell: Cell) -> Controller:
 
 @pytest.fixture
 def rcx_machine(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[..., None]:
-    """Run hypothesis's state machine of a cell: takes files of demands, and `machine=`.
+    """Return a function that runs hypothesis's state machine on a cell.
 
-    Further names are hypothesis's settings: `max_examples`, `stateful_step_count` ...
+    Its arguments are files of demands, `machine=`, and settings of hypothesis such as
+    `max_examples` and `stateful_step_count`.
     """
     from structured_text.errors import InputError
 
@@ -141,7 +143,7 @@ def rcx_machine(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[...,
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Generator[None, Any, Any]:
-    """Fail a test that passed if its cells broke a rule of the manual."""
+    """Fail a test that has passed if its cells have broken a rule of the manual."""
     cells = item.stash.get(_CELLS, None)
     try:
         result = yield

@@ -1,4 +1,4 @@
-"""The settings of a test's cell: marker before command line before ini file before defaults."""
+"""The settings of a test's cell; their precedence: marker, command line, ini file, defaults."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _IN_INI = [n for n in (*OPTIONS, *VALUES) if n not in ("robot", "watch", "artifa
 _NUMBERS = ("seed", "size", "m", "n")
 _DURATIONS = ("scan", "rpi", "jitter")
 
-#: All rules that can be reported as broken, by the part that reports them.
+#: All rules that can be reported as broken, grouped by the part that reports them.
 RULES = {
     "monitor": (
         "interval",
@@ -103,7 +103,7 @@ def artifacts(config: pytest.Config) -> Path | None:
 
 
 def known(changes: Mapping[str, Any]) -> None:
-    """Refuse arguments that `Cell.build` does not take."""
+    """Raise InputError for arguments that `Cell.build` does not have."""
     for name in changes:
         if name not in _KEYS:
             raise InputError(f"a cell has no option {name!r}", hint=near(name, _KEYS, "use"))
@@ -112,7 +112,7 @@ def known(changes: Mapping[str, Any]) -> None:
 def settings_of(item: pytest.Item, changes: Mapping[str, Any]) -> dict[str, Any]:
     """Return the arguments of `Cell.build` for a cell of this test.
 
-    The nearest marker `rcx` wins; `changes` by the test itself win over all markers.
+    The nearest marker `rcx` has precedence; `changes` from the test itself precede all markers.
     """
     settings = dict(_of_run(item.config))
     for marker in reversed(list(item.iter_markers("rcx"))):
@@ -159,7 +159,7 @@ def _of_run(config: pytest.Config) -> dict[str, Any]:
 
 
 def _below(folder: Path, named: Any) -> Any:
-    """Return a file name, or several, relative to a folder; return anything else unchanged."""
+    """Return one or several file names relative to a folder; return other values unchanged."""
     if isinstance(named, (str, Path)):
         return folder / named
     return [_below(folder, one) for one in named] if isinstance(named, (list, tuple)) else named
@@ -195,7 +195,7 @@ def _number(name: str, value: object) -> int | list[int]:
 
 
 def _files(home: Path, sources: Any) -> list[Path]:
-    """Return the files that names, patterns and folders give, in the order given."""
+    """Return the files for names, patterns and folders, in their order."""
     found: list[Path] = []
     for source in [sources] if isinstance(sources, (str, Path)) else sources:
         place = home / source
@@ -222,7 +222,7 @@ def _engine(settings: Mapping[str, Any]) -> str:
     engine = str(settings.get("engine", "auto"))
     if engine != "auto":
         return engine
-    if "dialect" in settings and not rules_of(settings["dialect"]).is_standard:
+    if "dialect" in settings and not rules_of(settings["dialect"]).is_matiec:
         return f"builtin (dialect {settings['dialect']})"
     found = _auto_engine()
     return found if found == "matiec" else "builtin (matiec not found)"

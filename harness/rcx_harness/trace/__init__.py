@@ -1,4 +1,4 @@
-"""Traces of runs, line by line, and the pictures made from them."""
+"""Traces of runs as JSON lines, and the charts, wave files and pages made from them."""
 
 from rcx_harness.trace.records import CutOffError, Cycle, Record, Scan, Trace, read_trace
 from structured_text.bench.samples import FORMAT, KEPT

@@ -1,7 +1,7 @@
 """The timing chart of a run, as the manual draws them: the changes of each signal over time.
 
-Columns are the instants at which something changed, each under its time. Therefore a 5 ms answer is
-as visible as 100 ms of interval. Long runs continue in bands below each other.
+A column is an instant at which something changed, below its time. An answer after 5 ms is therefore
+as visible as an interval of 100 ms. Long runs continue in bands below each other.
 """
 
 from __future__ import annotations
@@ -43,20 +43,20 @@ __all__ = [
 #: Limit of instants in a chart, to keep it readable; a wave file has all of them.
 MOST_INSTANTS = 400
 
-#: Minimum and maximum of characters for the names; in between two fifths of the width.
+#: Least and greatest number of characters for the names; between them, two fifths of the width.
 _LABEL = (26, 50)
-#: A watched variable with more changes does not get columns of its own.
+#: A watched variable with more changes gets no separate columns.
 _OFTEN = 50
-#: With more watched variables than this, those that never change are left out.
+#: If there are more watched variables, variables that never change are left out.
 _MOST_STILL = 16
-#: For a longer text a column is not made wider.
+#: Longest text for which a column becomes wider [characters].
 LONGEST_TEXT = 24
-#: A text cut to this number of letters is not shown, because it is not understandable.
+#: A text that is cut to this number of letters is not shown, because nobody could understand it.
 _TOO_FEW = 2
 
 _WORD = ElementaryType("WORD")
 
-#: In place of a chart without a change.
+#: Text instead of a chart without a change.
 NOTHING = "no dedicated signal and no remote command changed"
 
 
@@ -103,27 +103,27 @@ class Lane:
 
     @property
     def is_text(self) -> bool:
-        """Return whether its values are written as text in columns."""
+        """Return whether the columns show its values as text."""
         return self.kind in ("word", "value", "curve", "task")
 
     def is_idle(self, value: Any) -> bool:
-        """Return whether the value is drawn as a line only: the word 0, or no program."""
+        """Return whether the value is drawn as a plain line: the word 0, or no program."""
         return self.kind in ("word", "task") and not value
 
     @property
     def is_curve(self) -> bool:
-        """Return whether it is drawn as a curve to scale: a position, or a restless number."""
+        """Return whether a chart to scale draws it as a curve: a position, or a restless number."""
         if self.kind == "curve":
             return True
         return self.kind == "value" and self.is_restless and isinstance(self.first, (int, float))
 
     @property
     def is_restless(self) -> bool:
-        """Return whether it changes too often for a column per change."""
+        """Return whether it changes too often for a column for each change."""
         return len(self.changes) > _OFTEN
 
     def spans(self, begin_us: int, end_us: int) -> Iterator[tuple[int, int, Any]]:
-        """Yield start, end and value within these times, without values that last no time."""
+        """Yield start, end and value within these times, without values of duration 0."""
         inside = [change for change in self.changes if begin_us < change[0] < end_us]
         starts = [(begin_us, self.value_at(begin_us)), *inside]
         ends = [*(t_us for t_us, _ in inside), end_us]
@@ -172,7 +172,7 @@ class Band:
 
 
 class _Signals:
-    """The lanes of one controller; lanes of all controllers but the first have its number."""
+    """The lanes of one controller; the names have the controller's number, except for the first."""
 
     def __init__(self, controller: int) -> None:
         table, who = signals(), "" if controller == 1 else f"{controller}: "
@@ -203,7 +203,8 @@ class _Signals:
     def lanes(self, told: Collection[str]) -> list[Lane]:
         """Return the bits that changed or explain something, the command code and the status.
 
-        `told` has the bits that explain something, besides those that follow from the wire.
+        `told` has further bits that explain something, in addition to the bits that follow from the
+        wire.
         """
         bits = [lane for _, _, lane in self.inputs + self.outputs]
         ever_on = {code for code, lane in zip(self._codes, bits, strict=True) if lane.changes}
@@ -221,7 +222,7 @@ class _Variables:
         self._changed = Changed(watched)
         self._lanes: dict[str, Lane] = {}
         self.words: set[int] = set()
-        """All values of WORDs: some of them are ErrorIDs."""
+        """All values of WORD variables; some of them are ErrorIDs."""
 
     def take(self, t_us: int, values: Mapping[str, Any]) -> None:
         """Take the values of a scan."""
@@ -229,7 +230,7 @@ class _Variables:
             if part.type == _WORD:
                 self.words.add(held)
             if isinstance(held, float) and math.isnan(held):
-                held = "nan"  # NaN differs from itself: without this each scan is a change
+                held = "nan"  # NaN differs from itself, so each scan would count as a change
             if part.path in self._lanes:
                 self._lanes[part.path].note(t_us, held)
             else:
@@ -315,9 +316,10 @@ class Timeline:
     def lanes(self) -> list[Lane]:
         """Return signals of each controller, tasks, variables, positions, and broken rules if any.
 
-        A signal that has never been ON is left out unless it explains why a request had no effect:
-        a broken rule or the cause of an ErrorID names it, an alarm that ended a remote command
-        concerns it, or it is the answer to an input that has been ON, or a condition of it.
+        A signal that has never been ON is drawn only if it explains why a request had no effect. It
+        does so if a broken rule or the cause of an ErrorID names it, if an alarm that ended a
+        remote command concerns it, or if it is the answer to an input that has been ON or a
+        condition of that answer.
         """
         told = {*self._named, *of_errors(self._variables.words)}
         every = [lane for one in self._controllers.values() for lane in one.lanes(told)]
@@ -347,9 +349,9 @@ class Timeline:
     def bands(self, widths: Sequence[int], room: int) -> list[Band]:
         """Return the chart in bands of at most the given width.
 
-        A bit that is OFF all through a band is left out of it.
+        A band does not show bits that are OFF in all of it.
 
-        `widths` are those of the columns of all instants. A band has at least one column.
+        `widths` are the widths of the columns of all instants. A band has at least one column.
         """
         instants = self.instants()[: len(widths)]
         found = []
@@ -509,7 +511,7 @@ def _line(lane: Lane, band: Band, names: int, drawn: Glyphs) -> str:
 def _texts(lane: Lane, band: Band, drawn: Glyphs) -> Iterator[str]:
     """Yield the pieces of a lane: a plain line for the word 0, else the value at its start.
 
-    A value is also written at the start of a band.
+    At the start of a band the value is written again.
     """
     before = lane.value_at(band.instants[0] - 1)
     values = [lane.value_at(t_us) for t_us in band.instants]

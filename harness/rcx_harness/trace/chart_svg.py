@@ -1,7 +1,7 @@
 """Timing charts as SVG pictures: the drawing of lanes, and the chart of a run.
 
-No library is used, because the charts of wavedrom are one endless row, cut names and values to the
-width of a brick, and cannot print a time above each change.
+No library is used. Charts of wavedrom consist of one endless row, they cut names and values to a
+fixed width, and they cannot print a time above each change.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ __all__ = [
 CURVE = 40
 
 _COLUMN, _ROW = 74, 30
-#: Width of a letter of a name, in a small box, and of a value.
+#: Width of a letter: of a name, of a text in a small box, of a value.
 _LETTER, _SMALL, _VALUE = 7.6, 5.9, 7.3
 #: Room for the columns of a band.
 _ROOM = 12 * _COLUMN
@@ -49,8 +49,8 @@ _LEAD = 24
 _HEAD = 46
 _GAP = 18
 
-#: A curve is at rest after this time without a change; time between its points; time of a step
-#: [us].
+#: Times of a curve [us]: time without a change after which it is at rest, time between its points,
+#: time of a step.
 _REST_US, _FINE_US, _STEP_US = 20_000, 15_000, 5_000
 
 #: Colour of a wave by the kind of its lane.
@@ -144,10 +144,10 @@ class Look:
         high: Height from OFF to ON.
         edge: Half the width of an edge.
         digits: Position of a word's digits, right of its edge and above OFF.
-        room: Six digits are left out of a box that is narrower than this.
-        filled: ON is filled, and a word's box shows its digits as a tip.
-        whole: A curve covers the values of the whole run, not only the shown ones, and has as many
-            points as are visible.
+        room: A box that is narrower than this has no digits.
+        filled: Whether ON is filled and the box of a word shows its digits as a tooltip.
+        whole: Whether a curve is scaled to the values of the whole run instead of the shown part,
+            and has as many points as are visible.
     """
 
     high: int = 18
@@ -190,9 +190,10 @@ def document(
 def draw_lane(lane: Lane, axis: Columns | Scale, base: int, look: Look = _PLAIN) -> list[str]:
     """Return the elements of one lane.
 
-    A word or a value is drawn as boxes with its text, a stage as boxes with its names, a broken
-    rule as a mark, and any other lane as a wave, or as boxes if it has other values than 0 and 1. A
-    curve is drawn as a line between its least and greatest value, but in columns as values.
+    Words and values are drawn as boxes with their texts, stages as boxes with their names, and
+    broken rules as marks. Any other lane is a wave, or boxes if it has values other than 0 and 1.
+    On a time scale a curve is a line between its least and greatest value; in columns its values
+    are shown.
 
     `base` is the vertical position of OFF.
     """
@@ -250,7 +251,7 @@ def _texts(lane: Lane, spans: Sequence[_Span], base: int, colour: str, look: Loo
 
 
 def _fitting(whole: str, width: float, look: Look) -> str:
-    """Return the part of a text that fits into its box; empty if it would not be understandable."""
+    """Return the part of a text that fits into its box; empty if too few letters fit."""
     if look.room:
         return whole if width >= look.room * len(whole) / 6 else ""
     letters = int((width - look.digits[0] - look.edge) / _VALUE)
@@ -318,7 +319,7 @@ def _curve(lane: Lane, axis: Scale, base: int, colour: str, look: Look) -> list[
 
 
 def _bends(spans: Sequence[tuple[int, int, Any]], fine_us: int) -> Iterator[tuple[int, Any, int]]:
-    """Yield the drawn points of a curve: time, value, end of the rest before it (0: none)."""
+    """Yield the drawn points of a curve: time, value, end of the rest before it (0: no rest)."""
     drawn_us = spans[0][0]
     for (before_us, _, _), (start, stop, value) in pairwise(spans):
         rested = start - before_us > _REST_US

@@ -1,6 +1,6 @@
-"""The dedicated signals that are OFF but explain why a request of a program has no effect.
+"""The dedicated signals that are OFF and therefore explain why a request has no effect.
 
-A chart leaves out all other signals that are OFF all the time.
+A chart leaves out all other signals that are always OFF.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ _ALARMS = {
 
 
 def named(texts: Iterable[str]) -> set[str]:
-    """Return the signals that texts name, `SI(06)`."""
+    """Return the signals that occur in texts, in the form `SI(06)`."""
     return {one for text in texts for one in _SIGNAL.findall(text)}
 
 
 def unanswered(ever_on: Collection[str]) -> set[str]:
-    """Return the answers that never came and the conditions that were missing for them.
+    """Return the missing answers, and the missing conditions of these answers.
 
     SI(00) is included if it has never released the emergency stop that SO(00) shows.
     """

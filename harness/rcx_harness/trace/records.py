@@ -91,7 +91,7 @@ def _which(controller: int) -> str:
 
 
 class Trace(samples.Trace[Record]):
-    """The records of a run, streamed to a file as they come; the latest are also in memory.
+    """The records of a run: all are written to a file at once, and the latest stay in memory.
 
     Args:
         path: File to write; None for memory only.
@@ -131,9 +131,9 @@ class Trace(samples.Trace[Record]):
 
 
 class CutOffError(InputError):
-    """The error of a trace with an incomplete last line: its writer was ended.
+    """The error for a trace with an incomplete last line, because its writer was killed.
 
-    The records before it are valid.
+    The records before this line are valid.
     """
 
 
@@ -218,11 +218,11 @@ def _records(
 
 
 class _Order:
-    """The order of scans and cycles in a trace, which reveals missing lines.
+    """The check of the order of scans and cycles in a trace, which reveals missing lines.
 
     Args:
-        changes: The trace has only records with changes, as written by `rcx serve`: their numbers
-            have gaps, and two changes may be in one cycle.
+        changes: Whether the trace has only records with changes, like that of `rcx serve`: their
+            numbers have gaps, and a cycle may have two changes.
     """
 
     def __init__(self, *, changes: bool) -> None:
@@ -230,7 +230,7 @@ class _Order:
         self._last: dict[tuple[str, int], tuple[int, int]] = {}
 
     def wrong(self, record: Record) -> str:
-        """Return the error in the place of a record; empty if there is none."""
+        """Return the error in the order of a record; empty if there is none."""
         if isinstance(record, Violation):
             return ""
         kind, number = "cycle", record[1]
@@ -276,7 +276,7 @@ def _load(line: bytes, path: str | Path, number: int) -> dict[str, Any]:
 
 
 def _no_constant(word: str) -> None:
-    """Raise ValueError for a constant that Python accepts beyond JSON."""
+    """Raise ValueError for a constant that Python accepts although JSON has none, such as NaN."""
     raise ValueError(f"{word} is not a number of JSON")
 
 
@@ -292,7 +292,7 @@ def _record(entry: dict[str, Any]) -> Record:
     controller = _whole(entry, "controller", 1) if "controller" in entry else 1
     t_us = _whole(entry, "t_us", 0)
     if "scan" in entry:
-        if "so" not in entry and "si" not in entry:  # of a program without a robot
+        if "so" not in entry and "si" not in entry:  # a trace of a program without a robot
             entry = {"so": "", "si": "", **entry}
         so, si = bytes.fromhex(entry["so"]), bytes.fromhex(entry["si"])
         values = entry.get("vars")

@@ -16,7 +16,7 @@ from rcx_harness.trace.chart_svg import CURVE, STYLE, Look, Scale, document, dra
 
 __all__ = ["scaled_svg", "scaled_text"]
 
-#: Number of lines of a chart without a chosen scale; limit of drawn lines.
+#: Number of lines of a chart whose scale is not chosen; greatest number of drawn lines.
 _LINES, _MOST_LINES = 6, 100
 _MS, _S, _MIN = 1_000, 1_000_000, 60_000_000
 #: Possible times of a line, and of the steps between its time marks [us].
@@ -53,7 +53,7 @@ def _lines(timeline: Timeline, line_us: int) -> list[_Line]:
     found = []
     last_us = max(timeline.end_us, 1)
     for begin in range(0, last_us, line_us)[:_MOST_LINES]:
-        # A change at the time of the last record is drawn a microsecond long.
+        # A change at the time of the last record is drawn with a length of a microsecond.
         end = begin + line_us if begin + line_us < last_us else last_us + 1
         lanes = tuple(lane for lane in timeline.lanes() if lane.tells(begin, end - 1))
         found.append(_Line(begin, end, min(1.0, (end - begin) / line_us), lanes))
@@ -72,13 +72,13 @@ def _left_out(timeline: Timeline, line_us: int) -> str:
     shown = line_us * _MOST_LINES
     if timeline.end_us <= shown:
         return ""
-    return f"what comes after {time_labels([shown])[0]} ms is left out; make a line longer"
+    return f"the part after {time_labels([shown])[0]} ms is left out; make a line longer"
 
 
 def scaled_svg(timeline: Timeline, title: str = "", line_us: int = 0) -> str:
     """Return the chart of a run, true to scale; the same run gives the same bytes.
 
-    A line shows `line_us` microseconds; 0: as many as give few lines.
+    A line shows `line_us` microseconds; 0: chosen so that there are only a few lines.
     """
     line_us = _chosen(timeline, line_us)
     names = max(len(lane.name) for lane in timeline.lanes())
@@ -126,11 +126,12 @@ def scaled_text(
 ) -> str:
     """Return the chart for a terminal, true to scale.
 
-    A character is a piece of time: an edge is one change in it, a cross several. Curves have eight
-    levels from their least to their greatest value; both are written beside the name.
+    A character is an interval of time; an edge shows one change in it, a cross several changes.
+    Curves have eight levels from their least to their greatest value; both are written beside the
+    name.
 
-    A line has `width` characters, at least 60, and shows `line_us` microseconds; 0: as many as give
-    few lines. With `ascii_only` the chart is for terminals without Unicode.
+    A line has `width` characters, at least 60, and shows `line_us` microseconds; 0: chosen so that
+    there are only a few lines. With `ascii_only` the chart is for terminals without Unicode.
     """
     line_us = _chosen(timeline, line_us)
     drawn = glyphs(ascii_only)
@@ -192,7 +193,7 @@ def _level(lane: Lane, value: object, drawn: Glyphs) -> str:
 
 
 def _texts(lane: Lane, values: list[Any], counts: list[int], drawn: Glyphs) -> Iterator[str]:
-    """Yield a piece from each change on, with its text if it fits."""
+    """Yield a piece for each change, with its text if it fits."""
     begins = [0, *(k for k, count in enumerate(counts) if count and k)]
     for begin, end in pairwise([*begins, len(values)]):
         value, width = values[begin], end - begin

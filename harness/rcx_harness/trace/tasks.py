@@ -7,12 +7,12 @@ from typing import Any
 
 __all__ = ["statement_of", "task_text"]
 
-#: States in which a task is in a line.
+#: States in which a task has a current line.
 _IN_LINE = ("running", "stopped", "suspended")
 
 
 def task_text(task: Mapping[str, Any], statement: str = "") -> str:
-    """Return where a task of a record is, with the statement of its line if it is given.
+    """Return a task of a record with its line and state, and with the statement if it is given.
 
     Examples: `PLACE:4`, `PLACE:4 stopped`, `PLACE:4 WAIT SI(20)=1`, `PLACE ready`. A task that is
     ready or has ended is not in any line.

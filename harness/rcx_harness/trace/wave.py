@@ -1,7 +1,7 @@
 """Runs as VCD files for wave viewers: all dedicated bits and words, on both sides.
 
-The file also has the watched variables by their paths, the positions, if they are recorded, and for
-each robot program the task and the line that it executes.
+The file also has the watched variables by their paths, the positions (if they are recorded), and
+the task and current line of each robot program.
 """
 
 from __future__ import annotations
@@ -73,10 +73,11 @@ class _Area:
 
 
 class _Values:
-    """The watched variables, each in the scopes of its path below `variables`.
+    """The watched variables, in scopes that follow their paths, below `variables`.
 
-    BOOLs and bit strings are wires, whole numbers integers, REAL and LREAL real numbers; durations
-    are real numbers in ms. All others are texts, for example the member names of an enumeration.
+    BOOLs and bit strings are wires, whole numbers are integers, REAL and LREAL are real numbers,
+    and durations are real numbers in ms. All other values are texts, such as the member names of an
+    enumeration.
     """
 
     def __init__(self, writer: VCDWriter, watched: Mapping[str, Type]) -> None:
@@ -98,9 +99,9 @@ class _Values:
 
 
 class _Programs:
-    """The robot programs of one controller, each a scope with its line, its task and its state.
+    """The robot programs of one controller, each a scope with line, task and state.
 
-    Line and task are 0, and the state is empty, while the program is not registered in a task.
+    While a program is not registered in a task, line and task are 0 and the state is empty.
     """
 
     def __init__(self, writer: VCDWriter, scope: str, names: Iterable[str]) -> None:
@@ -151,9 +152,9 @@ class Wave:
     """A writer of a VCD file during the run; give `take` to `Trace.listen`.
 
     Args:
-        controllers: Number of controllers, possibly 0; the scopes of all but the first have their
-            number.
-        trace: The trace with the watched variables and positions to write, too.
+        controllers: Number of controllers, possibly 0. Scope names contain the number of the
+            controller, except for the first.
+        trace: The trace whose watched variables and positions are written, too.
     """
 
     def __init__(

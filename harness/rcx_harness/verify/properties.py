@@ -52,7 +52,7 @@ __all__ = [
 
 #: A property in Python: a function of the cell that is called after each scan.
 Asked = Callable[[Any], object]
-#: Returns for each controller what the PLC has read and what it has written in the last scan.
+#: Type of a function that returns the areas that the PLC has read and written in the last scan.
 Areas = Callable[[], Sequence[tuple[bytes, bytes]]]
 
 
@@ -62,11 +62,11 @@ class Declared:
 
     Attributes:
         name: The name in messages.
-        that: A condition, or a function of the cell, that always holds or must become true.
+        that: The demanded condition, or a function of the cell that returns it.
         within_us: `that` must hold within this time [us]. None: `that` always holds.
         after: The time starts when this becomes true. None: it runs whenever `that` is false.
         file: The file that declares the property.
-        home: The user's path of that file if `file` is a copy. None: `file` is not a copy.
+        home: The user's path of the file if `file` is a copy; None: `file` is not a copy.
     """
 
     name: str
@@ -100,7 +100,7 @@ class Declared:
             made: The compiled conditions, in the order of `texts`.
             program: The running program.
             cell: The cell that properties in Python read, if there is a cell.
-            areas: Returns the areas of the last scan, if the program has any.
+            areas: Function that returns the areas of the last scan; None: the program has no areas.
         """
         del program, areas
         that = _Asked(cell, self, next(made) if isinstance(self.that, str) else self.that)
@@ -112,7 +112,7 @@ class Declared:
         return Followed(self, that, after)
 
     def __call__(self, cell: Bench) -> object:
-        """Evaluate the property, so that tests can call a decorated function as before."""
+        """Evaluate the property; a test can still call the decorated function."""
         assert callable(self.that)
         return self.that(cell)
 
@@ -171,10 +171,13 @@ def from_python(file: Path) -> list[Declared]:
     except BaseException as error:
         raise _blamed(error, str(file)) from None
     finally:
-        sys.exit = exits  # the file may replace sys.exit, but the command needs its own exit code
+        # the file may replace sys.exit, but the command must end with its own exit code
+        sys.exit = exits
     found = [one for one in vars(module).values() if isinstance(one, Declared)]
     if not found:
-        raise InputError("declares no property", file=file, hint="write @rcx.always above one")
+        raise InputError(
+            "declares no property", file=file, hint="write @rcx.always above a function"
+        )
     own = os.path.abspath(file)
     return [replace(one, file=str(file)) if one.file == own else one for one in found]
 
@@ -202,7 +205,7 @@ def _blamed(
 
 
 def _is_raised(error: BaseException) -> bool:
-    """Return whether a `raise` statement raised this; Ctrl-C occurs at any other instruction."""
+    """Return whether a `raise` statement raised this; Ctrl-C occurs at other instructions."""
     last = error.__traceback__
     while last is not None and last.tb_next is not None:
         last = last.tb_next
@@ -212,7 +215,7 @@ def _is_raised(error: BaseException) -> bool:
 
 
 def _words(error: BaseException) -> str:
-    """Return the kind and the text of an error of the user's code, on one printable line."""
+    """Return the kind and the text of an error of the user's code in one printable line."""
     try:
         text = " ".join(str(error).split())
     except Exception:  # the exception's own __str__ failed
@@ -256,7 +259,7 @@ class _Asked:
             f"{declared.name}: a property returns {type(holds).__name__}, not bool",
             file=declared.shown_file,
             line=getattr(code, "co_firstlineno", None),
-            hint="return True or False, say of a comparison",
+            hint="return True or False, for example the result of a comparison",
         )
 
 
@@ -313,9 +316,9 @@ class Followed:
             broken, was, self._broken = not holds, self._broken, not holds
             self._mark()
             return broken and not was
-        # The deadline starts with the rising edge of `after`, or without it when the
-        # property is false. A running deadline is not restarted. If the property holds,
-        # the deadline ends. A missed deadline is reported once.
+        # The deadline starts with the rising edge of `after`; without `after`, when the property is
+        # false. A running deadline is not restarted. If the property holds, the deadline ends. A
+        # missed deadline is reported once.
         if self._after is None:
             starts = not holds
         else:
@@ -400,10 +403,10 @@ class Followed:
 
 
 class Judge:
-    """Evaluates the properties of a cell scan by scan.
+    """The evaluation of the properties of a cell, scan by scan.
 
     Args:
-        found: Called for each finding with its kind and a sentence.
+        found: Function that is called for each finding with its kind and a sentence.
     """
 
     def __init__(
@@ -426,14 +429,14 @@ class Judge:
                     robot.machine.ports.accesses.clear()
 
     def _told(self, one: Follower) -> str:
-        """Return the message; after a time-out with the signals that the cell waits for."""
+        """Return the message; for a time-out it also names the signals that the cell waits for."""
         text = one.told(self._cell.program)
         late = type(one) is Followed and one.declared.within_us is not None
         standing = waits(self._cell) if late and isinstance(self._cell, Cell) else ""
         return f"{text}; {standing}" if standing else text
 
     def expected(self, kind: str) -> str:
-        """Return the condition that a failure of this kind broke; "" if no single one did."""
+        """Return the condition that a failure of this kind broke; "" if it is not a single one."""
         for one in self._properties:
             that = one.declared.that
             if one.declared.kind == kind and isinstance(that, str) and not one.has_before:
@@ -480,7 +483,7 @@ def followed(
 ) -> list[Follower]:
     """Return the declared properties of a program, ready to be evaluated.
 
-    `cell` is the one that properties in Python read; `areas` returns the areas of the last scan.
+    Properties in Python read `cell`; `areas` returns the areas of the last scan.
     """
     texts = [text for one in declared for text in one.texts]
     made = iter(_checked(program, declared, texts))

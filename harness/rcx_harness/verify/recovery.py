@@ -1,4 +1,4 @@
-"""The steps by which an operator restarts a cell, and the check that the cell works again."""
+"""The steps with which an operator restarts a cell, and the check that the cell works again."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from structured_text.output.units import format_us, parse_us
 __all__ = ["NotRecoveredError", "Operator", "Recovery", "recovery_of"]
 
 _PRESSED_US = 100_000
-#: Causes are gone when every controller is back. This takes at most this time [us].
+#: Longest time until every controller is connected again after a fault [us].
 _BACK_US = 20_000_000
 
 
@@ -32,7 +32,7 @@ class RecoveryStep:
         values: Variables that the operator sets.
         press: Buttons that the operator presses together.
         for_us: How long the buttons are pressed [us].
-        until: A condition that the operator then waits for; empty: none.
+        until: A condition for which the operator then waits; empty: no condition.
         within_us: The condition must hold within this time [us].
         wait_us: A final waiting time [us].
     """
@@ -72,7 +72,7 @@ class NotRecoveredError(Exception):
 
 
 class _Doing(Protocol):
-    """A run that plans the operator's actions and lets time pass. `Operator` uses it."""
+    """The run that an `Operator` uses: it schedules the operator's actions and lets time pass."""
 
     cell: Cell
 
@@ -82,7 +82,7 @@ class _Doing(Protocol):
 
 
 class Operator:
-    """An operator who brings a cell back into work with the steps of a recovery."""
+    """An operator who restarts a cell with the steps of a recovery."""
 
     def __init__(self, cell: Cell, recovery: Recovery) -> None:
         self._cell, self._recovery = cell, recovery

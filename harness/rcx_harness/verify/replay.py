@@ -1,4 +1,4 @@
-"""Writes the finding of a search as a stimulus file and runs it in a cell, with a chart."""
+"""The finding of a search, written as a stimulus file and run in a cell, with a chart."""
 
 from __future__ import annotations
 

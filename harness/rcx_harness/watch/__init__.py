@@ -1,1 +1,1 @@
-"""The judges of a running program: rules of the wire, contract and calls of each block."""
+"""The checks of programs: the rules of the wire, and the contract and calls of each block."""

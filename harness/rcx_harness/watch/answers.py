@@ -1,8 +1,8 @@
 """The rules of the wire for the controller, checked on the areas as they travel.
 
-This is the counterpart of the monitor in wire.py: it judges the controller's answers by what the
-PLC has sent. The virtual controller keeps these rules by design, so the monitor is for recordings
-of other controllers.
+This is the counterpart of the monitor in wire.py: it judges the controller's answers to the data
+that the PLC has sent. The virtual controller keeps these rules by design, so the monitor is for
+recordings of other controllers.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ _CPU_OK = 0x02
 class AnswerMonitor:
     """A monitor of a controller's answers.
 
-    Rules: `status` (an unknown one; one that comes without a command, or goes without a status
-    reset: guide 1.2, 2 and 4.1), `response` (changed after the end status: guide 2), `reserved`
+    Rules: `status` (it is unknown, it appears without a command, or it disappears without a status
+    reset: guide 1.2, 2 and 4.1), `response` (it changes after the end status: guide 2), `reserved`
     (chapter 5, 1).
     """
 
@@ -53,7 +53,7 @@ class AnswerMonitor:
         if code != self._code:
             self._asked, self._changed = self._asked or code != 0, self._changed or self._code != 0
             self._code = code
-        if len(before) != len(so):  # first area: earlier commands are unknown
+        if len(before) != len(so):  # this is the first area, so earlier commands are unknown
             self._changed = word(so, 0) != READY
             self._asked = self._changed or code != 0
             return []
@@ -80,9 +80,9 @@ class AnswerMonitor:
         if status not in STATUS_NAMES:
             found.append(("status", f"{shown}, which has no meaning"))
         elif was in ENDS and status != READY:
-            found.append(("status", f"{shown}; after an end only 16#0000 can come"))
+            found.append(("status", f"{shown}; after an end only 16#0000 may follow"))
         elif was in ENDS and self._code and not self._changed and so[DEDICATED_AT] & _CPU_OK:
-            text = f"{shown}, although the code {format_word(self._code)} is still out"
+            text = f"{shown}, although the code {format_word(self._code)} is still set"
             found.append(("status", f"{text}; only a status reset clears it"))
         elif was == READY and not self._asked:
             found.append(("status", f"{shown} without a remote command"))

@@ -22,7 +22,7 @@ _TYPES = (ElementaryType("BOOL"), ElementaryType("WORD"))
 class BlockErrors:
     """The first errors of the blocks with Execute that a program declares.
 
-    A block shows its error only until Execute is FALSE. So `scan` has to be called after each scan.
+    A block shows its error only until Execute is FALSE, so `scan` must be called after each scan.
     Blocks with Enable are left out, because most of them report an error until the robot is
     connected. Blocks inside other blocks with ErrorID are left out, too: the outer block reports
     their errors.
@@ -53,7 +53,7 @@ class BlockErrors:
         self._before = now
 
     def texts(self, most: int) -> Iterator[str]:
-        """Yield a sentence for each of the first `most` errors, and the number of the others."""
+        """Yield a sentence for each of the first `most` errors, and the number of all others."""
         yield from self._texts[:most]
         if (rest := len(self._texts) - most) > 0:
             yield f"further errors of blocks: {rest}"

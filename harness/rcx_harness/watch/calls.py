@@ -1,6 +1,6 @@
-"""A run-time monitor of block calls, for those that the source leaves open.
+"""A run-time monitor of the block calls that the check of the source cannot decide.
 
-The engine must report each call. The C code of matiec cannot, so with it nothing is reported.
+The engine must report each call. The C code of matiec does not, so nothing is reported with it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ __all__ = ["CallMonitor"]
 
 
 class _Watched(NamedTuple):
-    """A watched instance: its path, its area (`read`, `write` or empty), its pin Busy if any."""
+    """A watched instance: path, area (`read`, `write` or empty), and the pin Busy or None."""
 
     path: str
     area: str
@@ -30,7 +30,7 @@ class CallMonitor:
     """A monitor that demands one call per scan, for one robot, and no skipped call while busy.
 
     Args:
-        plan: The calls that the source leaves open; if it is empty, the monitor costs nothing.
+        plan: The undecided calls; if there are none, the monitor needs no time.
     """
 
     def __init__(self, program: Program, plan: CallPlan) -> None:
@@ -45,7 +45,7 @@ class CallMonitor:
         self._robots: dict[int, int] = {}
         """The robot of each instance's last call."""
         self._before: frozenset[str] = frozenset()
-        """The faults of the previous scan: a lasting fault is reported once."""
+        """The faults of the previous scan, because a lasting fault is reported only once."""
         self._earlier: list[tuple[int, int]] = []
         """Calls that were taken from the log and not judged yet."""
 
@@ -62,7 +62,7 @@ class CallMonitor:
 
     @contextmanager
     def apart(self) -> Iterator[None]:
-        """Do not judge the calls inside the `with`: the program is only tried."""
+        """Do not judge the calls inside the `with` statement, because they belong to a trial."""
         if self._log is None:
             yield
             return
@@ -90,7 +90,7 @@ class CallMonitor:
             if number > 1:
                 yield (
                     f"{self._watched[key].path} was called {number} times in one scan; call it "
-                    "once: its time limits would end early, or never"
+                    f"once, because otherwise its time limits are wrong"
                 )
         areas: dict[tuple[int, str], dict[str, None]] = defaultdict(dict)
         for key, robot in calls:
@@ -114,7 +114,7 @@ class CallMonitor:
 
 
 def _inside(path: str, owner: BlockType, plan: CallPlan) -> Iterator[_Watched]:
-    """Yield the watched instances that a user's program or block declares, and those inside."""
+    """Yield the watched instances in a user's program or block, and the instances inside them."""
     names = plan.owners.get(owner.name.upper())
     if names is None:
         return

@@ -3,7 +3,8 @@
 A block that takes a `Robot : RCX_REF`, or contains such blocks, remembers the state of its last
 call. It needs exactly one call in each scan, always for the same robot, between FB_ReadArea and
 FB_WriteArea. Outside of these two, a block that requests something from the robot ends with
-16#8017. Blocks that read or write one bit or word of an image remember nothing and are free.
+16#8017. Blocks that read or write one bit or word of an image have no memory, so they may be called
+anywhere.
 """
 
 from __future__ import annotations
@@ -34,8 +35,8 @@ _REF, _IMAGES = "RCX_REF", ("RCX_IMAGE", "RCX_IMAGE_WORDS")
 _STARTS = ("EXECUTE", "ENABLE")
 #: Blocks of the library with two intended calls in a scan.
 _TWICE = ("FB_RCXCLAIM",)
-#: A block requests something from the robot if it is or contains one of these. The stop blocks stop
-#: the robot even outside of the two area blocks.
+#: A block requests something from the robot if it is one of these blocks or contains one. The stop
+#: blocks stop the robot even outside of the two area blocks.
 _ASKING = ("FB_RCXJOB", "FB_SEQUENCECONTROL")
 _STOPPING = ("FB_EMERGENCYSTOP", "FB_PROGRAMSTOP")
 
@@ -44,7 +45,8 @@ class CallFinding(NamedTuple):
     """A wrong call.
 
     Attributes:
-        certain: It fails whenever the statement runs; otherwise it depends on conditions.
+        certain: Whether the call fails each time that it runs; otherwise this depends on
+            conditions.
     """
 
     file: Path
@@ -54,7 +56,7 @@ class CallFinding(NamedTuple):
 
 
 class CallPlan(NamedTuple):
-    """The calls to watch at run time, because the source leaves them open.
+    """The calls to watch at run time, because the source does not decide them.
 
     Attributes:
         blocks: Types to watch, in upper case, with the index of the RCX_REF among their VAR_IN_OUT;
@@ -70,7 +72,7 @@ class CallPlan(NamedTuple):
 def call_findings(files: Sequence[Path], library: Sequence[Path] = ()) -> list[CallFinding]:
     """Check the calls in a program's own files.
 
-    The files are free of errors; `library` has the files of the blocks that they use.
+    The files must be free of errors; `library` has the files of the blocks that they use.
     """
     every = (*files, *library)
     found = cache.made_of("called", _key(files, library), every, lambda: _findings(files, library))
@@ -88,15 +90,16 @@ def _findings(files: Sequence[Path], library: Sequence[Path]) -> list[CallFindin
 
 
 def _key(files: Sequence[Path], library: Sequence[Path]) -> str:
-    """Return a cache key of all files; this module between them marks where the library begins.
+    """Return a cache key of all files.
 
-    The result depends on this module's code, too.
+    The key contains this module between both groups of files: it marks the beginning of the
+    library, and the result depends on its code.
     """
     return cache.sources_key((*files, _HERE, *library))
 
 
 def call_plan(files: Sequence[Path], library: Sequence[Path] = ()) -> CallPlan:
-    """Return the calls that the source leaves open; arguments as of `call_findings`."""
+    """Return the calls that the source does not decide; arguments as in `call_findings`."""
     key = _key(files, library)
     return cache.made_of("calls", key, (*files, *library), lambda: _plan(files, library))
 
@@ -115,9 +118,9 @@ def steady_instances(files: Sequence[Path], library: Sequence[Path] = ()) -> set
     """Find the instances whose calls and Execute are certain from the source.
 
     With several programs or tasks the result is empty, since not every program runs in every scan.
-    An instance counts if its owner, a program or block, calls it exactly once, at the top level of
-    its body and before any RETURN, and if no statement assigns its Execute or Enable after that
-    call.
+    An instance qualifies if its owner (a program or block) calls it exactly once, at the top level
+    of its body and before any RETURN. No statement after that call may assign its Execute or
+    Enable.
 
     Returns:
         Names as `OWNER.INSTANCE` in upper case, with the name of the owner's type.
@@ -135,9 +138,10 @@ class _Block:
         name: In upper case.
         pin: Its VAR_IN_OUT of type RCX_REF, in upper case; empty if it has none.
         place: Index of that pin among its VAR_IN_OUT.
-        watched: It needs one call in each scan.
-        works: It has an Execute or Enable, is an area block, or contains such blocks.
-        asks: It requests something from the robot, and fails outside of the two area blocks.
+        watched: Whether it needs exactly one call in each scan.
+        works: Whether it has an Execute or Enable, is an area block, or contains such blocks.
+        asks: Whether it requests something from the robot, so that it fails outside of the area
+            blocks.
     """
 
     name: str
@@ -149,7 +153,7 @@ class _Block:
 
 
 def _declarations(file: Path) -> tuple[s.Declaration, ...]:
-    from structured_text.language.parser import parse  # only without a cached answer
+    from structured_text.language.parser import parse  # imported only if there is no cached answer
 
     return parse(file).declarations
 
@@ -232,7 +236,7 @@ class _Calls:
     Attributes:
         blocks: All types of blocks.
         called: Its watched instances, in upper case.
-        varies: Some robot is selected by an index that is not constant.
+        varies: Whether a robot is selected by an index that is not constant.
     """
 
     file: Path
@@ -270,7 +274,7 @@ class _Calls:
     ) -> _Way | None:
         """Follow statements; return the calls at their end, or None if no path leads there.
 
-        Each path carries the calls made on it so far. An IF or CASE splits the path, and the
+        Each path has the list of calls made on it so far. An IF or CASE splits the path, and the
         branches merge after it. A loop body is one branch; its EXIT paths merge after the loop.
         RETURN and EXIT end the path. `guards` are the numbers of the branches around the
         statements.
@@ -384,12 +388,12 @@ class _Calls:
         read = self._reads.get(call.key)
         refused = "it ends with 16#8017 (Called out of place) and nothing is executed"
         if call.block.name in _STOPPING:
-            refused = "it ends with 16#8017 (Called out of place), though its stop acts"
+            refused = "it ends with 16#8017 (Called out of place), although it stops the robot"
         if written and area == "read":
             self._tell(
                 call,
-                f"{call.name} is called after {written[0].name} in line {written[0].at.line}: what "
-                "it reads is of use in the next scan only; call FB_ReadArea first",
+                f"{call.name} is called after {written[0].name} in line {written[0].at.line}: "
+                f"the area is used only in the next scan; call FB_ReadArea first",
                 certain=_both_run(written, call),
             )
         elif written and call.block.asks:
@@ -400,8 +404,8 @@ class _Calls:
                 certain=_both_run(written, call),
             )
         elif area != "read" and read is not None and ("read", call.key) not in way:
-            # If the body writes before it reads, a block before both belongs to the scan of the
-            # last read.
+            # If the body writes before it reads, a block in front of both belongs to the scan of
+            # the last read.
             late = "it sees the scan before; call FB_ReadArea first"
             if call.block.asks and not self._is_written_before(read, call.key):
                 late = f"{refused}; move the call behind {_name(read)} in line {read.at.line}"
@@ -423,13 +427,13 @@ class _Calls:
 
 
 def _joined(ways: Sequence[_Way]) -> _Way:
-    """Merge paths: for each key the longest list of possible calls counts."""
+    """Merge paths: for each key, keep the longest list of possible calls."""
     keys = dict.fromkeys(key for way in ways for key in way)
     return {key: max((way.get(key, ()) for way in ways), key=len) for key in keys}
 
 
 def _both_run(before: Sequence[_Call], call: _Call) -> bool:
-    """Return whether one call always runs with the other: its branch encloses the other's."""
+    """Return whether the first call runs if the second runs: its branch encloses the second."""
     pairs = [(one.guards, call.guards) for one in before]
     return any(a == b[: len(a)] or b == a[: len(b)] for a, b in pairs)
 

@@ -1,9 +1,10 @@
 """The contract of the blocks (PLCopen), checked from outside, scan by scan.
 
-A monitor sees a block before and after a scan, not at its call. Rules that hold whenever the block
-is called are checked for every instance, also inside other blocks. The other rules depend on the
-Execute or Enable that the block saw. They are checked only where the source makes that certain: one
-call per scan that cannot be skipped, and no assignment to the pin after it (`steady_instances`).
+A monitor sees a block before and after a scan, not at its call. Rules that do not depend on the
+time of the call are checked for every instance, including those inside other blocks. The other
+rules depend on Execute or Enable at the call. They are checked only if the source makes these
+values certain: one call per scan that cannot be skipped, and no assignment to the pin after it
+(`steady_instances`).
 
 A call out of place is recognized by the block's own ErrorID, since only the built-in engine reports
 calls.
@@ -38,7 +39,7 @@ class _Pins(NamedTuple):
 
     @property
     def shown(self) -> tuple[str, ...]:
-        """Return the names of the exclusive outputs that are true."""
+        """Return the names of the outputs that are true and exclude each other."""
         named = zip(("Busy", "Done", "Error", "CommandAborted"), self[:4], strict=True)
         return tuple(name for name, value in named if value)
 
@@ -58,18 +59,18 @@ class _Instance:
 
     def __init__(self, found: _Found) -> None:
         self.path, names, self.steady, self.outermost, self.topmost = found[1:]
-        # The order of declaration keeps the pins adjacent in memory.
+        # In the order of declaration, so that the pins are adjacent in memory.
         there = [pin for pin in names if pin in self.pins]
         self.read = [f"{self.path}.{names[pin]}" for pin in there]
-        """Paths of the pins that there are."""
+        """Paths of the existing pins."""
         self._at = [there.index(pin) if pin in names else None for pin in self.pins]
         self.has_id = "errorid" in names
         self.before: tuple[Any, ...] = (0,) * len(there)
         self.told: tuple[str, ...] = ()
         self._verdicts: dict[tuple[tuple[Any, ...], tuple[Any, ...]], tuple[str, ...]] = {}
-        """The rules that a change breaks, cached because the same few changes recur."""
+        """The broken rules by change; cached because the same few changes recur."""
         self.at_rest = False
-        """Pins that stay as they are break nothing."""
+        """Whether an unchanged state breaks no rule."""
 
     def scan(self, now: tuple[Any, ...]) -> list[str]:
         """Judge the values of `read` after a scan; return violations that did not exist before."""
@@ -154,9 +155,9 @@ class ContractMonitor:
     if an unchanged state would be a violation.
 
     Args:
-        steady: Instances that are called exactly once whenever their owner is, with an Execute or
-            Enable that no statement changes after the call, as returned by `steady_instances`. All
-            rules are checked for them if the same is true of their owner.
+        steady: Result of `steady_instances`: instances that their owner calls exactly once, and
+            whose Execute or Enable no statement changes after the call. If the owner is such an
+            instance, too, all rules are checked for them.
     """
 
     def __init__(self, program: Program, steady: Collection[str] = ()) -> None:
@@ -167,7 +168,7 @@ class ContractMonitor:
             if isinstance(kind, BlockType)
             for found in _all_inside(name, kind, known)
         ]
-        """Those that are watched."""
+        """The watched instances."""
         self._look = program.reader([path for one in self.instances for path in one.read])
         self._seen: tuple[Any, ...] | None = None
 
@@ -200,18 +201,18 @@ class ContractMonitor:
         self._seen = None
 
     def begin(self) -> None:
-        """Begin after a start of the PLC: an instance in VAR RETAIN has kept its outputs."""
+        """Begin after a start of the PLC: an instance in VAR RETAIN still has its outputs."""
         pins = iter(self._look())
         for instance in self.instances:
             instance.begin(tuple(islice(pins, len(instance.read))))
 
 
 class _Found(NamedTuple):
-    """The data of an instance: its contract, path, pins, and its place among the blocks.
+    """The data of an instance: its contract, path, pins and the blocks around it.
 
     Attributes:
-        outermost: It is declared in a program. A block may call an inner block twice in a scan.
-        topmost: No instance around it is watched, so its findings are reported for itself.
+        outermost: Whether a program declares it. A block may call an inner block twice in a scan.
+        topmost: Whether no instance around it is watched; only such instances are reported.
     """
 
     kind: type[_Instance]
@@ -288,11 +289,11 @@ def _id_of(error: bool, error_id: int) -> list[str]:
 
 
 def _at_the_call(pins: _Pins, before: _Pins, execute: bool, saw: bool) -> list[str]:
-    """Check the rules of a call that saw `execute` in this scan and `saw` in the one before.
+    """Check the rules of a call with Execute equal to `execute`, after a call with `saw`.
 
     A rising edge must show an output at once. Without an edge and without Busy before, no new
-    output may appear. While Execute is true, an output must stay. After Execute has fallen, an end
-    may be shown for one scan only.
+    output may appear. While Execute is true, an output must stay. After Execute has fallen, Done,
+    Error or CommandAborted may be shown for one scan only.
     """
     edge = execute and not saw
     if edge and not pins.shown:

@@ -1,9 +1,10 @@
 """The most frequent first mistakes of a program, found in its checked source.
 
-Each of them is legal Structured Text, so the program runs, but its robot does nothing: no
+All of them are legal Structured Text: the program runs, but its robot does nothing. They are: no
 FB_ReadArea or no FB_WriteArea for a robot, a required pin that is not wired, a block that is used
-but never called, a robot that a block takes as a copy. All findings are warnings. Nothing is
-reported if the source leaves it open: a robot behind a pointer, an index that is not constant.
+but never called, and a robot that a block takes as a copy. All findings are warnings. Nothing is
+reported if the source does not decide it, for example with a robot behind a pointer or an index
+that is not constant.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ _MOVES = (
 _MOVES_BEGIN = ("FB_MOVE", "FB_DRIVE", "FB_PUSH", "FB_PALLETMOVE")
 #: Blocks without Execute that send something to the controller.
 _SENDING = ("FB_CONTINUOUSPOSITION", "FB_OPERATOR", "FB_OVERRIDE", "FB_SEQUENCECONTROL")
-#: For each area block: the wrong image, the right one, and the consequence.
+#: By area block: the wrong image, the right image, and the consequence of the mistake.
 _OTHER_IMAGE = {
     "read": (
         "OutputArea",
@@ -127,8 +128,8 @@ class _Mistakes:
         if robot.copy is not None:
             symbol, pou = robot.copy
             text = (
-                f"{symbol.name} is a VAR_INPUT, so {pou.name} works on a copy of the robot: what "
-                "its blocks ask for never reaches FB_WriteArea; declare it in VAR_IN_OUT"
+                f"{symbol.name} is a VAR_INPUT, so {pou.name} works on a copy of the robot: the "
+                f"requests of its blocks never reach FB_WriteArea; declare it in VAR_IN_OUT"
             )
             yield Mistake(self._files[pou.file], symbol.at, text)
             return
@@ -140,7 +141,7 @@ class _Mistakes:
         )
         text = f"{first.name} is called for {name}, but "
         if no_read and no_write:
-            text += "neither FB_ReadArea nor FB_WriteArea is: its blocks see no controller and "
+            text += "neither FB_ReadArea nor FB_WriteArea is: its blocks receive nothing and "
             text += f"nothing goes out; call {read} and {write}{self._another(robot)}"
         elif no_read:
             text += (
@@ -162,7 +163,7 @@ class _Mistakes:
         return ""
 
     def _another(self, robot: Robot) -> str:
-        """Name the robots that are read and written, since one of them may be meant."""
+        """Name the robots that are read and written; the user may have meant one of them."""
         others = [
             one.name
             for one in self._used.robots.values()
@@ -185,8 +186,8 @@ class _Mistakes:
             if first.area == "read" and self._open(calls, "Connected"):
                 yield self._at(
                     first,
-                    f"Connected of {first.name} is not wired and stays FALSE: nothing that the "
-                    f"controller sends is believed, and every block of {robot.name} ends in error "
+                    f"Connected of {first.name} is not wired and stays FALSE: the data from the "
+                    f"controller is ignored, and every block of {robot.name} ends in error "
                     "16#8001 (Not connected); wire the status of your scanner to it",
                 )
             if first.area != "write":
@@ -253,7 +254,7 @@ def _moves(block: BlockType) -> bool:
 
 
 def _sends(block: BlockType, users: bool) -> bool:
-    """Return whether a block sends something to the controller; a user's block is followed."""
+    """Return whether a block, or a block that it calls, sends something to the controller."""
     name = block.name.upper()
     if _moves(block) or name in (*_SERVOS, *_SENDING):
         return True

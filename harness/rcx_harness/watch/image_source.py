@@ -1,8 +1,9 @@
 """A check of a program's own process image, read from its checked source.
 
 A cell fills `InputArea` before each scan. If the program copies located variables into it, the cell
-fills these instead. A program that fills its image from anything else never sees the robot,
-although it is legal Structured Text and breaks no rule of the manual. Therefore it is reported.
+fills these variables instead. A program that fills its image from other variables never receives
+data of the robot, although it is legal Structured Text and breaks no rule of the manual. Therefore
+this is reported.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ __all__ = ["ImageUse", "image_use", "reads_located"]
 _HERE = Path(__file__)
 _INPUT = "INPUTAREA"
 
-#: A variable: its POU (empty for a global one), its name, members down to it; in upper case.
+#: A variable: its POU (empty for global variables), its name and its members; in upper case.
 _Place = tuple[str, ...]
 
 
@@ -34,9 +35,8 @@ class ImageUse(NamedTuple):
     """The use of the process image by a program.
 
     Attributes:
-        located: FB_ReadArea reads from located variables, so a cell fills these, even if there is
-            an
-            `InputArea`.
+        located: Whether FB_ReadArea reads from located variables. A cell then fills these, even if
+            there is an `InputArea`.
         findings: A warning for each image that the program overwrites.
     """
 
@@ -77,8 +77,8 @@ def _found(files: Sequence[Path], every: Sequence[Path]) -> ImageUse:
 class _Images:
     """The images of a program, with all writes to them.
 
-    Blocks of the library do not write to the image from the robot, so only the user's `files`
-    count.
+    Only the user's `files` are read, because no block of the library writes to the image from the
+    robot.
     """
 
     def __init__(self, project: Project, files: dict[str, Path]) -> None:
@@ -186,7 +186,7 @@ class _Images:
             self._feeds[place[:2]].update(one[:2] for one in self._uses(value, pou))
 
     def _uses(self, value: object, pou: t.Pou) -> Iterator[_Place]:
-        """Yield the variables in an expression; of a block's pin also the pin of its type."""
+        """Yield the variables in an expression; for a block's pin also the pin of the type."""
         for node in nodes(value):
             if isinstance(node, (t.Use, t.Member)) and (place := self._place(node, pou)):
                 yield place
@@ -236,7 +236,7 @@ class _Images:
         return found
 
     def _alike(self, image: _Place) -> list[_Place]:
-        """Return an image with the pins that it is passed to and the pointers to it."""
+        """Return an image, the pins to which it is passed, and the pointers to it."""
         found, waiting = [image], [image]
         while waiting:
             for one in sorted(self._same.get(waiting.pop(), ())):
@@ -246,14 +246,14 @@ class _Images:
         return found
 
     def _written(self, image: _Place) -> Iterator[_Write]:
-        """Yield the writes to an image, to a part of it, or to a whole that contains it."""
+        """Yield the writes to an image, to a part of it, or to a variable that contains it."""
         for place, writes in self._writes.items():
             shorter = min(len(place), len(image))
             if place[:shorter] == image[:shorter]:
                 yield from writes
 
     def _sources(self, image: _Place) -> Iterator[_Place]:
-        """Yield the variables whose values reach an image, directly or not."""
+        """Yield the variables whose values reach an image, directly or through other variables."""
         seen, waiting = {image[:2]}, [one[:2] for one in self._alike(image)]
         while waiting:
             for one in sorted(self._feeds.get(waiting.pop(), ())):
@@ -281,7 +281,7 @@ def _is_large(kind: Type) -> bool:
 
 
 def _through(pointer: _Place) -> _Place:
-    """Return the place that represents the target of a pointer."""
+    """Return a substitute for the unknown target of a pointer."""
     return (*pointer[:-1], f"{pointer[-1]}^")
 
 

@@ -1,7 +1,7 @@
 """The robots of a program, and the blocks called for each of them, from its checked source.
 
 A robot is a variable of type RCX_REF. The calls are followed from the program instances through the
-user's own blocks, so that a robot has one identity wherever a VAR_IN_OUT passes it.
+user's own blocks, so that a robot is recognised behind each VAR_IN_OUT.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class _Frame:
 
     Attributes:
         pou: Its code.
-        place: The instance; None if the source leaves it open.
+        place: The instance; None if the source does not decide it.
         bound: The arguments of its VAR_IN_OUT, by name in upper case.
     """
 
@@ -57,7 +57,7 @@ class Call:
     """A call of a block for a robot.
 
     Attributes:
-        instance: Its place; None if the source leaves it open.
+        instance: Its place; None if the source does not decide it.
         image: The process image in its arguments, if there is one.
         frame: The frame in which `pou` runs.
     """
@@ -87,8 +87,8 @@ class Robot:
 
     Attributes:
         name: Its name for the user.
-        copy: The VAR_INPUT that makes it a copy, with its block.
-        known: The source determines every use of it.
+        copy: The VAR_INPUT of a block that makes it a copy, with this block.
+        known: Whether the source decides every use of it.
     """
 
     name: str
@@ -106,12 +106,12 @@ class RobotsUsed:
     """The robots of a project.
 
     Args:
-        files: The user's files: their code is followed, that of the library's blocks is not.
+        files: The user's files; the code of the library's blocks is not followed.
 
     Attributes:
         pous: The user's programs and blocks that are called.
-        read_any: FB_ReadArea is called for a robot that the source leaves open.
-        written_any: The same for FB_WriteArea.
+        read_any: Whether FB_ReadArea is called for a robot that the source does not decide.
+        written_any: Whether FB_WriteArea is called for such a robot.
         set_apart: Pins that are assigned outside of a call: (block, pin), in upper case.
     """
 
@@ -147,7 +147,7 @@ class RobotsUsed:
         return not (isinstance(start, dict) and start.get(pin))
 
     def only_members(self, pou: t.Pou, symbol: t.Symbol) -> bool:
-        """Return whether only pins of an instance are used in its owner, never the whole."""
+        """Return whether the owner uses only pins of an instance, never the whole instance."""
         key = pou, symbol.name.upper()
         objects = self._project.objects
         inherits = objects.derived(pou.name.upper()) or pou.name.upper() in objects.extended
@@ -155,11 +155,11 @@ class RobotsUsed:
         return key in self._members and not used_whole and not inherits
 
     def is_used(self, pou: t.Pou, symbol: t.Symbol) -> bool:
-        """Return whether an instance is called in its owner, or passed to something."""
+        """Return whether the owner calls an instance, or passes it on."""
         return (pou, symbol.name.upper()) in self._bare
 
     def _is_false(self, value: t.Expression, frame: _Frame) -> bool:
-        """Return whether an expression is always FALSE, as an input that is never wired."""
+        """Return whether an expression is always FALSE, such as an input that is not wired."""
         if isinstance(value, t.Constant):
             return value.value is False
         if not isinstance(value, t.Use) or frame.pou.kind != "FUNCTION_BLOCK":
@@ -199,7 +199,7 @@ class RobotsUsed:
             self._call(node, frame, pou)
         elif isinstance(node, t.Assign):
             self._written(node.target, frame)
-            if _has_robot(node.value.type):  # a copy: the sent requests are not certain
+            if _has_robot(node.value.type):  # the robot is a copy, so its requests are not certain
                 self._let_go(node.value, frame, pou)
                 self._let_go(node.target, frame, pou)
         elif isinstance(node, (t.CallFunction, t.CallMethod)):
@@ -231,7 +231,7 @@ class RobotsUsed:
             self._walk(_Frame(inner, instance, bound))
 
     def _method(self, instance: t.Expression, frame: _Frame, pou: t.Pou) -> None:
-        """Follow a block whose method is called, since the block itself may never be called."""
+        """Follow a block whose method is called, because the block itself may never be called."""
         if isinstance(instance, t.This) or not isinstance(instance.type, BlockType):
             return
         inner = self._project.pous.get(instance.type.name.upper())
@@ -259,13 +259,13 @@ class RobotsUsed:
             self.set_apart.add((frame.pou.name.upper(), variable.symbol.name.upper()))
 
     def _let_go(self, variable: t.Expression, frame: _Frame, pou: t.Pou) -> None:
-        """Note that the source leaves the further use of a variable open."""
+        """Note that the source does not decide the further use of a variable."""
         place = self._place(variable, frame, pou)
         if place is not None:
             self._unsettled.add(place)
 
     def _note_uses(self, owner: t.Pou, node: object) -> None:
-        """Note which instances are used by their pins, and which as a whole."""
+        """Note the instances whose pins are used, and the instances that are used as a whole."""
         if isinstance(node, t.Member) and isinstance(node.base, t.Use):
             self._members.add((owner, node.base.symbol.name.upper()))
         elif isinstance(node, t.Use):
@@ -277,7 +277,7 @@ class RobotsUsed:
     # --- places ---
 
     def _place(self, variable: t.Expression, frame: _Frame, pou: t.Pou) -> Place | None:
-        """Return the place of a variable; None if the source leaves it open."""
+        """Return the place of a variable; None if the source does not decide it."""
         if isinstance(variable, t.Use):
             return self._of_symbol(variable.symbol, frame, pou)
         if isinstance(variable, t.This):

@@ -19,9 +19,9 @@ _PINS = ("EMERGENCYSTOPOK", "STOPOK")
 
 
 def safety_inputs(files: Sequence[Path], library: Sequence[Path] = ()) -> list[str]:
-    """Return the paths of the variables that tell that a cell is safe, as `Main.CellSafe`.
+    """Return the paths of the variables with the safety state of a cell, such as `Main.CellSafe`.
 
-    Values of expressions or of blocks in between are left out.
+    Variables that reach the pins only through expressions or blocks are left out.
     """
     every = (*files, *library)
     key = cache.sources_key((*files, _HERE, *library))

@@ -9,7 +9,7 @@ from rcx_harness.spec.rules import rules
 
 __all__ = ["section_of"]
 
-#: The rules of the judges in this room. Those of the controller are in spec/rules.toml.
+#: The rules that this package checks. The rules of the controller are in spec/rules.toml.
 _SECTIONS = {
     "start against stop": "ch. 5, 2 and 3.2",
     "data before code": "guide, 1.1",
@@ -23,7 +23,7 @@ _SECTIONS = {
 
 
 def section_of(rule: str) -> str:
-    """Return the section of the manual behind a rule, or the project's page; empty if unknown."""
+    """Return the section of the manual (or our page) that states a rule; empty if it is unknown."""
     return _SECTIONS.get(rule) or _of_controller().get(rule, "")
 
 

@@ -1,8 +1,8 @@
 """The rules of the wire, checked on the PLC's side, scan by scan.
 
-The controller reports what it receives. This monitor reports what the program has written, so a
-fault is found at its origin, even if the network happens to hide it. It judges only while the PLC's
-scanner is connected, since nobody receives other writes.
+The controller reports faults in the data that it receives. This monitor reports faults in the data
+that the program writes, even if the network happens to hide them. It judges only while the PLC's
+scanner is connected, because other writes reach no controller.
 """
 
 from __future__ import annotations
@@ -14,12 +14,13 @@ from structured_text.output.units import format_us, format_word
 
 __all__ = ["INTERVAL_US", "WireMonitor", "word"]
 
-#: Between two changes of dedicated inputs, the same or different (manual chapter 5, 3, caution).
+#: Shortest time between two changes of dedicated inputs, equal or different (chapter 5, 3,
+#: caution).
 INTERVAL_US = 100_000
 
 
 _SAFETY = ("SI(00)", "SI(06)")
-#: Inputs that must be ON when one of these starts something: with SI(00) OFF nothing moves, and
+#: By input that starts something: the inputs that must be ON. With SI(00) OFF nothing moves, and
 #: SI(06) OFF stops programs and movements (manual chapter 5, 2 and 3.2; chapter 4, 4: 12.400).
 _STARTS = {
     "SI(01)": ("SI(00)",),
@@ -42,10 +43,10 @@ def word(area: bytes, offset: int) -> int:
 class WireMonitor:
     """Monitor of the areas that a program writes, checked against the areas that it has read.
 
-    A command is a handshake over several scans. The data must be there one scan before the code.
-    The code may go out only while the status read is 16#0000. Code and data must then stay until an
-    end status is read. Changes of dedicated inputs must be 100 ms apart, except that SI(00) and
-    SI(06) may go OFF at any time.
+    A command is a handshake over several scans. The data must be set one scan before the code. The
+    code may be set only while the program reads status 16#0000. Code and data must then stay
+    unchanged until it reads an end status. Changes of dedicated inputs must be 100 ms apart, except
+    that SI(00) and SI(06) may go OFF at any time.
 
     Args:
         size: Bytes of the area; before the first scan all are zero.
@@ -58,7 +59,7 @@ class WireMonitor:
     def __init__(self, size: int = SIZE, interval_us: int = INTERVAL_US) -> None:
         self._interval_us = interval_us
         self.commands = 0
-        """Remote commands whose end status the PLC has read."""
+        """Number of remote commands whose end status the PLC has read."""
         self._names = {(one.byte, one.bit): one.signal for one in signals().input}
         self._places = {name: place for place, name in self._names.items()}
         self._si = bytes(size)
@@ -93,7 +94,7 @@ class WireMonitor:
         return [Violation(t_us, rule, f"plc, scan {scan}: {rule}: {text}") for rule, text in found]
 
     def snapshot(self) -> object:
-        """Return the whole state."""
+        """Return the complete state."""
         return tuple(vars(self).items())
 
     def restore(self, snapshot: tuple[tuple[str, object], ...]) -> None:
@@ -117,7 +118,7 @@ class WireMonitor:
                     continue
                 changes.append(f"{signal} {'ON' if on else 'OFF'}")
                 if on and (stops := self._off(signal, si)):
-                    text = f"{signal} ON while {stops} OFF; wait until no stop is asked for"
+                    text = f"{signal} ON while {stops} OFF; wait until no stop is requested"
                     found.append(("start against stop", text))
                 paced += on or signal not in _SAFETY
         what = " and ".join(changes)
@@ -132,7 +133,7 @@ class WireMonitor:
         return found
 
     def _off(self, signal: str, si: bytes) -> str:
-        """Return the inputs that are OFF but that this one needs, with their verb."""
+        """Return the inputs that this input needs and that are OFF, followed by "is" or "are"."""
         places = ((needed, *self._places[needed]) for needed in _STARTS.get(signal, ()))
         off = [needed for needed, byte, bit in places if not si[byte] >> bit & 1]
         return f"{' and '.join(off)} {'is' if len(off) == 1 else 'are'}" if off else ""

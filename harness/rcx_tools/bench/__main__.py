@@ -1,7 +1,7 @@
 """Command `make bench`, or `python -m rcx_tools.bench`: measure, print, write out/bench.json.
 
 The exit code is 0 if all targets are met, 1 if a target is missed, 2 if a measurement is not
-possible. Targets that docs/explanation/timing.md names out of reach are listed apart.
+possible. Targets that cannot be met according to docs/explanation/timing.md are listed separately.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ _FILE_WIDTH = 140
 
 #: The benchmarks: a module of this package with `measure(options)`, and a line of help.
 POINTS: dict[str, str] = {
-    "handshake": "scans of commands and sequences beside the minimum (docs/explanation/timing.md)",
+    "handshake": "scans of commands and sequences, and their minimum (docs/explanation/timing.md)",
     "sizes": "bytes per instance on matiec and STruC++",
-    "scan": "what areas, idle blocks and handshakes take on matiec and STruC++",
-    "speed": "the run of make demo beside real time, start of commands",
-    "programs": "a cell with its movements in the robot's program beside remote commands",
+    "scan": "time for areas, idle blocks and handshakes on matiec and STruC++",
+    "speed": "the run of make demo compared with real time, and the start of commands",
+    "programs": "a cell with movements in the robot's program, compared with remote commands",
     "cyclic": "cyclic I/O in real time: packets, gaps, CPU, alone and under a flood",
     "language": "files of public repositories that the front end accepts (RCX_REPOSITORIES)",
     "suite": "the tests: time, the ten slowest, the same results in any order and processes",
@@ -44,7 +44,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--only", default="", help=f"some of {', '.join(POINTS)}")
     parser.add_argument("--rpi", default="10ms,5ms,2ms,1ms", help="intervals of cyclic I/O")
     parser.add_argument("--for", default="10s", dest="duration", help="length of real-time runs")
-    parser.add_argument("--quick", action="store_true", help="small samples, to see that it works")
+    parser.add_argument("--quick", action="store_true", help="only a few samples")
     given = parser.parse_args(arguments)
     try:
         points = _points(given.only)

@@ -14,9 +14,11 @@ from structured_text.engines.builtin import BuiltinProgram
 from structured_text.engines.matiec.build import Matiec
 from structured_text.engines.matiec.program import MatiecProgram
 from structured_text.errors import InputError
+from structured_text.language.dialects import MATIEC
 from structured_text.language.load import analyse, load
 from structured_text.language.project import Project
 from structured_text.language.scalars import INT_RANGE
+from structured_text.language.source import in_dialect
 from structured_text.language.tree import Pou
 from structured_text.language.types import ElementaryType, EnumType, Type
 from structured_text.projects.needed import declared_names, needed
@@ -71,14 +73,14 @@ class _Candidate:
 
 
 def candidates(files: Sequence[Path]) -> list[_Candidate]:
-    """Return the functions and blocks of a library that, with all they use, matiec may accept.
+    """Return the functions and blocks that matiec may accept, with the declarations they use.
 
     Args:
         files: Sources without errors.
     """
-    files = list(files)
+    files = [in_dialect(file, MATIEC) for file in files]  # whatever tool they were written for
     project, errors = analyse(files)
-    while project is None:  # the remaining files may lack declarations of refused ones
+    while project is None:  # the remaining files may use declarations of refused files
         refused = {error.file for error in errors}
         left = [file for file in files if str(file) not in refused]
         if len(left) == len(files) or not left:
@@ -152,7 +154,7 @@ def compared(
 def _built(
     part: Sequence[_Candidate], file: Path, matiec: Matiec, compiler: str
 ) -> tuple[Project, MatiecProgram] | None:
-    """Return a program with a call of each; None if matiec does not accept one of them."""
+    """Return a program with a call of each; None if matiec refuses any of them."""
     file.write_text(_program(part), encoding="utf-8")
     files = dict.fromkeys(path for one in part for path in one.files)
     try:

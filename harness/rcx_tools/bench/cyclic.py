@@ -64,10 +64,10 @@ _PACKET = 72
 _MODULE = "rcx_harness.enip.cyclic.process"
 #: Period of new data at both sides [s].
 _FRESH_S = 0.005
-#: Time-out multiplier, the longest: a stall of a busy machine is counted, but does not end the
-#: connection.
+#: The longest time-out multiplier: a stall of a busy machine is counted, but does not end the
+# : connection.
 _PATIENT = 5
-#: The shortest promised interval, for one controller; and the shortest possible one.
+#: The shortest promised interval for one controller, and the shortest possible interval.
 _PROMISED_US, _SHORTEST_US = 2_000, 1_000
 #: Target: half of the CPU time per packet before both ends were rewritten [us].
 _CPU_US = 65
@@ -176,7 +176,7 @@ def _flooded(quiet: Sequence[Case]) -> list[Case]:
 
 
 def run(case: Case, seconds: float) -> Run:
-    """Keep the connections open for a time, and count the packets.
+    """Hold the connections open for a time, and count the packets.
 
     Args:
         case: The planned run.
@@ -294,7 +294,7 @@ def bare(rpi_us: int, seconds: float) -> float:
 
 
 def _pair(held: ExitStack, number: int, rpi_us: int) -> tuple[Adapter, Scanner]:
-    """Start a controller's adapter and its master; they are not yet connected."""
+    """Start a controller's adapter and its master, without a connection."""
     device, master = f"127.0.77.{number + 1}", f"127.0.78.{number + 1}"
     options = AdapterOptions(rpi_min_us=1000)
     adapter = held.enter_context(Adapter(_SIZE, host=device, cyclic=2222, options=options))

@@ -14,7 +14,7 @@ __all__ = ["OUT_OF_REACH", "Figure", "Options", "as_table", "at_least", "at_most
 __all__ += ["shown", "store"]
 
 NO_TARGET = "none"
-#: Suffix of the peer of a figure with a target that cannot be met; that page shows why.
+#: Suffix of the peer of a figure whose target cannot be met; timing.md shows why.
 OUT_OF_REACH = "; out of reach: docs/explanation/timing.md"
 
 

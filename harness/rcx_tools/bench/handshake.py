@@ -74,7 +74,7 @@ _SEQUENCES = "PROGRAM Sequences" + _HEAD.format(
 )
 #: The blocks, and the bit of their input in bytes n + 32, n + 33.
 _STEPS = (("Reset", 14), ("Servo", 1), ("Rewind", 13), ("Auto", 10))
-#: The controller's time for each of them [ms]: alarm reset, servo ON, program reset, start.
+#: Response time of the controller [ms] for alarm reset, servo ON, program reset and start.
 _ANSWERS_MS = (20.0, 50.0, 20.0, 20.0)
 
 
@@ -103,7 +103,7 @@ class Simulated(NamedTuple):
     def extra(self) -> int:
         """Return the scans by which a time differs most from its minimum.
 
-        A negative number should be impossible.
+        A negative number is a mistake of the minimum.
         """
         late = [a - b for a, b in zip(self.took, self.minimum, strict=True)]
         return max(late, key=abs) // self.case.scan_us
@@ -239,7 +239,7 @@ def _cell(text: str, case: Case, config: RobotConfig) -> Cell:
 
 
 def _settle(cell: Cell) -> None:
-    """Scan until the interval since the link came up is over, so that requests go out at once."""
+    """Scan until the interval after the start of the link is over, so requests are sent at once."""
 
     def ready() -> bool:
         robot = cell["Main.Robot"]
@@ -252,11 +252,11 @@ def _until(cell: Cell, condition: Callable[[Scan], object]) -> int:
     """Scan until `condition` of the last scan is true; return the time of that scan [us].
 
     Raises:
-        InputError: it did not become true: the bench does not measure what it should.
+        InputError: the condition did not become true, so the bench cannot measure.
     """
     for _ in range(_MOST_SCANS):
         last = next(one for one in reversed(list(cell.trace)) if isinstance(one, Scan))
         if condition(last):
             return last.t_us
         cell.scan()
-    raise InputError(f"the bench waits in vain, {cell.timing}")
+    raise InputError(f"the condition did not become true, {cell.timing}")

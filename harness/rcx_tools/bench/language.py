@@ -1,6 +1,6 @@
 """Share of the files of public Structured Text that the front end accepts.
 
-The person who measures fetches the sources; this repository contains nothing of them.
+You fetch the sources yourself, because this repository does not contain them.
 
 - `RCX_REPOSITORIES` names the folder with the checkouts of `repositories`. Per repository the bench
   prints the files that are accepted, that lack a library, that show a gap of the front end, and
@@ -10,7 +10,8 @@ The person who measures fetches the sources; this repository contains nothing of
 
 In a project of one file (PLCopen XML) each declaration counts as a file.
 
-If matiec is available, random calls of POUs that it also accepts are compared (`agreement`).
+If matiec is available, random calls of POUs that it also accepts are compared (`agreement`), and of
+a program for each row of the table of dialects (`dialect_rows`). The latter need no sources.
 """
 
 from __future__ import annotations
@@ -27,10 +28,11 @@ from rich.console import Console
 from rich.table import Table
 
 from rcx_tools.bench.agreement import compared
+from rcx_tools.bench.dialect_rows import compared_rows
 from rcx_tools.bench.figure import Figure, Options, at_least, at_most, shown
 from rcx_tools.bench.refusals import Kind, Refusals, classified, references
 from rcx_tools.bench.repositories import DIALECTS, REPOSITORIES, Repository, how_to_get
-from structured_text.engines.matiec.build import find_matiec
+from structured_text.engines.matiec.build import Matiec, find_matiec
 from structured_text.engines.native.toolchain import find_c_compiler
 from structured_text.errors import InputError
 from structured_text.language.load import analyse
@@ -144,7 +146,7 @@ def result(repository: Repository, root: Path) -> Result:
     """Check the programs of a repository and classify what is refused.
 
     Raises:
-        InputError: a checkout has not the expected files.
+        InputError: a checkout lacks expected files.
     """
     libraries = references(repository.folder(root))
     found = Result()
@@ -186,18 +188,22 @@ def measure(options: Options) -> dict[str, Figure]:
     """Measure the repositories and libraries of the user, and print why files are refused.
 
     Raises:
-        InputError: neither variable is set, a library has no sources, or a checkout is not the
-            measured one.
+        InputError: neither variable is set and matiec is not found, a library has no sources, or a
+            checkout is not the measured one.
     """
     entries = [Path(part) for part in os.environ.get(_VARIABLE, "").split(os.pathsep) if part]
     root = os.environ.get(_FOLDER, "")
+    matiec, compiler = find_matiec(), find_c_compiler()
+    console = Console(highlight=False, markup=False)
     if not entries and not root:
         hint = (
             f"set {_VARIABLE} to folders or projects of ST, separated by {os.pathsep!r}; or "
             f"{_FOLDER} to a folder with these repositories:\n{how_to_get()}"
         )
-        raise InputError("no libraries to measure", hint=hint)
-    console = Console(highlight=False, markup=False)
+        if matiec is None or compiler is None:
+            raise InputError("no libraries to measure", hint=hint)
+        console.print(f"no libraries to measure: {hint}")
+        return _rows(matiec, compiler, options, console)
     figures: dict[str, Figure] = {}
     libraries: list[list[Path]] = []
     if root:
@@ -218,7 +224,6 @@ def measure(options: Options) -> dict[str, Figure]:
             console.print(f"  {times} x {reason}")
         figures[f"language {name}"] = at_least(share.percent, "% of files", LEAST)
         libraries.append([file for file in files if file not in share.refused])
-    matiec, compiler = find_matiec(), find_c_compiler()
     if matiec is None or compiler is None:
         console.print("calls are not compared: matiec or a C compiler is not found")
         return figures
@@ -228,7 +233,25 @@ def measure(options: Options) -> dict[str, Figure]:
         console.print(f"  {text}")
     figures["language calls"] = shown(found.calls, "calls", "matiec")
     figures["language differences"] = at_most(len(found.differences), "functions", 0, "matiec")
-    return figures
+    return figures | _rows(matiec, compiler, options, console)
+
+
+def _rows(matiec: Matiec, compiler: str, options: Options, console: Console) -> dict[str, Figure]:
+    """Compare random calls for each row of the table of dialects, and print each result."""
+    compared, different, alone = [], [], 0
+    for one in compared_rows(matiec, compiler, 1000 if options.quick else CALLS):
+        console.print(one.text, soft_wrap=True)
+        if one.calls:
+            compared.append(one.calls)
+        else:
+            alone += 1
+        if one.difference:
+            different.append(one)
+    return {
+        "language rows": shown(len(compared), "rows of dialects", f"{alone} on one engine only"),
+        "language calls of a row": shown(min(compared), "calls at least", "matiec"),
+        "language rows that differ": at_most(len(different), "rows of dialects", 0, "matiec"),
+    }
 
 
 def _repositories(root: Path, console: Console) -> Iterator[tuple[Repository, Result]]:

@@ -1,7 +1,7 @@
 """Theoretical minimum of docs/explanation/timing.md: the earliest time of each step.
 
-It does not use the blocks. It knows three clocks, the dependencies of the steps, and the manual's
-100 ms.
+It does not use the blocks. It is calculated from three clocks, the dependencies of the steps, and
+the manual's 100 ms.
 """
 
 from __future__ import annotations

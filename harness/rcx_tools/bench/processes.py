@@ -80,12 +80,12 @@ def running(module: str, arguments: Sequence[str]) -> Iterator[subprocess.Popen[
         process.wait()
         for pipe in (process.stdin, process.stdout):
             if pipe is not None:
-                with suppress(BrokenPipeError):  # it has ended with a line unread
+                with suppress(BrokenPipeError):  # the process has ended, and a line was not read
                     pipe.close()
 
 
 def first_line(process: subprocess.Popen[str]) -> str:
-    """Wait for the first line of a process: its start, which takes time, is over.
+    """Wait for the first line of a process, which shows that its start is over.
 
     Raises:
         InputError: it has ended instead.
@@ -98,7 +98,7 @@ def first_line(process: subprocess.Popen[str]) -> str:
 
 
 def begin(process: subprocess.Popen[str]) -> None:
-    """Send a line to a process that is ready, so that it begins."""
+    """Start the work of a process that is ready: send a line to it."""
     assert process.stdin is not None
     process.stdin.write("\n")
     process.stdin.flush()

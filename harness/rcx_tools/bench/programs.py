@@ -1,4 +1,4 @@
-"""Measure the speed of a cell whose movements are in the robot's program, beside remote commands.
+"""Compare the speed of movements by the robot's program and by remote commands.
 
 The PLC program, the robot and the way are the same: to and fro between two points. Both cells run
 in turns, and the median of their CPU times is compared, because the speed of a machine changes.
@@ -20,7 +20,7 @@ __all__ = ["Measured", "measure", "simulated"]
 
 #: Simulated time of each run [s], and the runs of each cell.
 _SECONDS, _RUNS, _QUICK_RUNS = 10, 15, 1
-#: The direction of the movement is looked at this often [in 1 s].
+#: Samples of the direction of the movement per second.
 _STEPS_IN_S = 50
 #: A movement of a program may take at most this share of a commanded movement's CPU time.
 _MOST = 1.0
@@ -93,7 +93,7 @@ def measure(options: Options) -> dict[str, Figure]:
 
 
 def simulated(cell: Cell, seconds: int, *, commands: bool) -> Measured:
-    """Run the cell from the end of its power-up on, with remote commands or with the program."""
+    """Run the cell after its power-up, with remote commands or with the program."""
     start = cell.snapshot()
     try:
         cell["Main.CellSafe"], cell["Main.Commands"] = True, commands

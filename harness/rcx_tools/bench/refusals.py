@@ -1,4 +1,4 @@
-"""Why files are refused: a library that is missing, a gap of the front end, or another reason.
+"""Classification of refused files: a missing library, a gap of the front end, or another reason.
 
 A refusal is a gap unless there is evidence for something else:
 
@@ -70,12 +70,12 @@ _REFERENCES = {
 
 
 def _reason_name(name: re.Match[str]) -> str:
-    """Return what a reason says instead of a name; names of the language are kept."""
+    """Return the placeholder of a name in a reason; names of the language stay."""
     return name[0] if _LANGUAGE.fullmatch(name[0]) or name[0] in _WORDS else "…"
 
 
 class Kind(Enum):
-    """Why a file is refused."""
+    """The reason why a file is refused."""
 
     GAP = "gap"
     MISSING = "missing library"
@@ -84,7 +84,7 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class Reviewed:
-    """A refusal that a person has read: it is right, because the tool refuses it, too.
+    """A refusal that a person has checked: it is correct, because the tool also refuses the file.
 
     Attributes:
         message: A pattern of the message, with its file and line.
@@ -162,7 +162,7 @@ def classified(
     result = Refusals()
     for file, found in kinds.items():
         decided = [(error, kind) for error, kind in found if isinstance(kind, Kind)]
-        for kind in Kind:  # a gap decides, then a missing library
+        for kind in Kind:  # a gap has priority over a missing library
             if messages := [error for error, one in decided if one is kind]:
                 result.add(file, kind, messages)
                 break
@@ -232,7 +232,7 @@ def _line_of(error: InputError) -> str:
 
 
 def _unknown_name(error: InputError) -> str:
-    """Return the refused name in upper case if the error may be that nobody declares it."""
+    """Return the refused name in upper case if a missing declaration may cause the error."""
     said = _UNKNOWN.match(error.message)
     if said is not None:
         return str(said[1] or said[2] or said[3]).upper()
@@ -250,7 +250,7 @@ def _declared(files: Sequence[Path]) -> dict[str, Path]:
     for file in files:
         try:
             text = source_text(file)
-        except InputError:  # not UTF-8: its names are declared all the same
+        except InputError:  # the file is not UTF-8, but it still declares its names
             text = file.read_bytes().decode("latin-1")
         for said in _DECLARED.finditer(text):
             for name in (said[1] or said[2]).split(","):

@@ -1,6 +1,6 @@
 """Public repositories of Structured Text whose share of accepted files is measured.
 
-Nothing of them is in this repository. Fetch them into one folder, each at the commit of the table:
+This repository does not contain them. Fetch them into one folder, each at the commit of the table:
 
     git clone https://github.com/<name> <folder>/<owner>+<repository>
     git -C <folder>/<owner>+<repository> checkout <commit>
@@ -31,12 +31,12 @@ class Repository:
         tool: The tool that its files are written for.
         together: Patterns of files, folders or projects; all of them are one program.
         each: Patterns of files, folders or projects; each of them is a program of its own.
-        libraries: Patterns of what belongs to each of these programs as well.
+        libraries: Patterns of files that also belong to each of these programs.
         device: The device of a CODESYS project with several ones.
         leaves_out: A pattern of paths that are not measured, with the reason in a comment.
         reviewed: Messages that were read by a person and are no gap.
-        beyond: Constructs on which its programs depend and which are refused by name; with them it
-            is measured without a target.
+        beyond: Constructs that its programs need and that are refused by name. Such a repository is
+        measured without a target.
     """
 
     name: str
@@ -102,8 +102,8 @@ DIALECTS = {
 _TWINCAT, _CODESYS, _AX, _TIA = "TwinCAT", "CODESYS", "SIMATIC AX", "TIA Portal"
 _BEREMIZ, _OSCAT, _LOGIX = "Beremiz", "CODESYS 2.3", "Logix"
 
-#: The measured repositories. They were chosen for their tools and sizes. `beyond` marks the ones
-#: that are known to have more gaps than the target allows.
+#: The measured repositories. They were chosen for their tools and sizes. `beyond` marks those
+# : with more gaps than the target allows.
 REPOSITORIES = (
     Repository(
         "tcunit/TcUnit",

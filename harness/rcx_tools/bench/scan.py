@@ -28,7 +28,7 @@ ENGINES = ("matiec", "strucpp")
 #: The measured figures.
 ROWS = (
     "an area read and written",
-    "of that what 464 more bytes in RCX_IMAGE cost",
+    "of this, the cost of 464 more bytes in RCX_IMAGE",
     "an idle command block",
     "a running handshake",
 )

@@ -1,8 +1,8 @@
 """Measure `make test`: its duration, its processor time, its expensive files, the time per folder.
 
-The results of the tests must depend neither on the number of processes nor on the order. A part of
-the tests is therefore run in one process, in four, in reverse, and in a random order (`--order` of
-tests/conftest.py).
+The results of the tests must not depend on the number of processes or on the order. Therefore a
+part of the tests runs in one process, in four processes, in reverse order, and in a random order
+(`--order` of tests/conftest.py).
 """
 
 from __future__ import annotations

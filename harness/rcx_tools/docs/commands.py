@@ -89,7 +89,7 @@ def _address(part: Field, letter: str) -> str:
 
 
 def _allowed(part: Field, names: Sequence[str]) -> str:
-    """Return the legal values of a field; `names` are those of all fields of its telegram."""
+    """Return the legal values of a field; `names` are the names of all fields of its telegram."""
     texts = []
     by, units = part.units_by(names)
     if part.values:

@@ -65,7 +65,7 @@ def _angles(model: RobotModel) -> Sequence[Sequence[float]]:
 def fitted(names: Sequence[str]) -> Law:
     """Return the law with the least sum of squared relative errors of these models' cycles.
 
-    A grid that closes in finds it; every call gives the same result.
+    The search uses a grid that becomes finer; every call gives the same result.
     """
     models = [robot_models()[name] for name in names]
 

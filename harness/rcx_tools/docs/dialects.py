@@ -28,16 +28,18 @@ tools, you must choose one.
 
 _TABLE = """
 The built-in engine, the debugger, coverage and `rcx prove` compute as the tool does. matiec and
-STruC++ know no dialect. Therefore `auto` takes the built-in engine for each dialect but `iec` and
-`openplc`, and says so. It does the same if a program without a task stands beside tasks. If you
-name another engine, a line says that it does not compute in the dialect.
+STruC++ do not support dialects. Therefore `auto` uses the built-in engine for all dialects except
+`iec` and `openplc`, with a message. It does the same if there are tasks and also a program without
+a task. If you choose another engine, a message says that it does not compute in the dialect. matiec
+counts as `openplc` does. If the result of a counter in an `iec` program may differ for this reason,
+the line is reported, as for the other [faults of matiec](engines.md#faults-of-matiec).
 
 | Question | Dialects | What is computed | Source |
 |---|---|---|---|"""
 
 
 def language_page(page: Path) -> str:
-    """Return the page with the present section between its marks."""
+    """Return the page with the current section between its marks."""
     text = page.read_text(encoding="utf-8")
     between = re.compile(f"{re.escape(_BEGIN)}.*?{re.escape(_END)}", re.DOTALL)
     body = "\n".join(section())

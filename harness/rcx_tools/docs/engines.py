@@ -19,7 +19,7 @@ _VERSIONS = {"all": "all", "new": "since June 2024", "old": "before June 2024"}
 
 
 def engines_page() -> str:
-    """Return the page with the present table."""
+    """Return the page with the current table."""
     table = "\n".join(faults_table())
     return _TABLE.sub(lambda found: f"{found[1]}\n{table}\n", _PAGE.read_text(encoding="utf-8"))
 

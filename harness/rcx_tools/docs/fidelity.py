@@ -26,7 +26,7 @@ An assumed rule without a setting is a simplification of the model.
 """
 
 _NOTHING_MEASURED = "Nothing here has been measured at a real controller yet."
-_SOME_MEASURED = "What was measured holds for the controllers and firmware that it names."
+_SOME_MEASURED = "A measurement is valid for the controllers and firmware that its row names."
 
 #: The classes: basis, letter of its numbers, heading, title of the column.
 _CLASSES = (

@@ -1,4 +1,4 @@
-"""Write or check the generated pages of docs/ and plc/lib, and outputs pasted in other pages.
+"""Write or check the generated pages of docs/ and plc/lib, and the outputs in other pages.
 
 `python -m rcx_tools.docs.pages` writes, `python -m rcx_tools.docs.pages --check` only compares
 (exit 1 if a page is not current). It works on the repository, not on an installed package.
@@ -44,7 +44,7 @@ __all__ = ["PATIENCE_S", "Header", "every_page", "headers", "main", "pages"]
 
 ROOT = Path(__file__).resolve().parents[3]
 
-#: Time after which it reports its progress [s], and pages between two reports.
+#: Time after which the command reports its progress [s], and pages between two reports.
 PATIENCE_S, _STEP = 2.0, 50
 
 _OUTPUT = re.compile(
@@ -92,7 +92,7 @@ def _header(file: Path) -> Header:
         purpose = purpose.replace(section[0], "", 1)
     tests = re.findall(r"tests/[\w/]+\.py", comment)
     named = section or re.search(r"\(((?:guide|chapter) [\d.]+)\)", purpose)
-    purpose = re.sub(r" \(no section: [^)]*\)", "", purpose)
+    purpose = re.sub(r" \(not in the manual[^)]*\)", "", purpose)
     return Header(file, name, purpose, named[1] if named else "", tuple(tests))
 
 
@@ -114,7 +114,7 @@ def _blocks() -> Iterator[str]:
     yield "blocks call.\n"
     yield "In the column *Manual*, `chapter` is a chapter of the YAMAHA network board EtherNet/IP"
     yield "user's manual for RCX340 and RCX320, Ver. 1.31, and `guide` is a section of the remote"
-    yield "command guide in the same document. `-` means that the block is this library's own.\n"
+    yield "command guide in the same document. `-` means: not in the manual.\n"
     yield "## I want to ...\n\n| Task | Blocks |\n|---|---|"
     for task, names in blocks.tasks().items():
         yield f"| {task} | {', '.join(map(_page_of, names))} |"
@@ -243,7 +243,7 @@ def _body(program: Path) -> str:
 
 
 def _errors() -> Iterator[str]:
-    yield "`ErrorID` of the blocks: the library's own codes. Alarms of the controller itself are"
+    yield "`ErrorID` of the blocks: codes of this library. Alarms of the controller itself are"
     yield "shown as `AlarmGroup` and `AlarmCategory` and explained in the controller's manual.\n"
     yield "| ErrorID | Name | Cause | Remedy |\n|---|---|---|---|"
     for error in load_toml(spec.folder() / "errors.toml")["error"]:

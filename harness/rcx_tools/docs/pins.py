@@ -1,4 +1,4 @@
-"""Command `python -m rcx_tools.docs.pins`: has a pin changed since the last release?
+"""Command `python -m rcx_tools.docs.pins`: list the pins that have changed since the last release.
 
 It compares the names of plc/lib that users can use with the table of the last release, a file of
 tests/tools/library/pins by its version. The table contains blocks and functions with their pins
@@ -112,7 +112,7 @@ def _changed(before: Sequence[str], after: Sequence[str]) -> Iterator[str]:
         if len(same) < len(kept):
             yield f"{kept[len(same)].partition(' ')[2]}: is not at its place any more"
     if any(_section(one) == "VAR_IN_OUT" and _name(one) not in map(_name, before) for one in after):
-        yield "has a new VAR_IN_OUT, which every call has to give"
+        yield "has a new VAR_IN_OUT, which every call must pass"
 
 
 def _section(row: str) -> str:

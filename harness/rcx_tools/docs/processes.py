@@ -1,7 +1,8 @@
-"""The manual's processes as they happen in the cell, with the time of each step.
+"""The manual's processes in a run of the cell, with the time of each step.
 
-docs/explanation/charts/processes.toml lists them. The program and the stimulus of each are beside
-it; `rcx run` can run them, too. The charts are drawn from the trace of a run, never from the list.
+docs/explanation/charts/processes.toml lists them. The program and the stimulus of each process are
+in the same folder; `rcx run` can run them, too. The charts are drawn from the trace of a run, never
+from the list.
 A step of the list that does not happen in its order is an error.
 """
 
@@ -101,7 +102,7 @@ class Process:
         title: Title on the page.
         section: Section of the manual.
         blocks: The blocks that do it.
-        seen: The side from which the chart is drawn.
+        seen: The side whose signals the chart shows: PLC or controller.
         about: A sentence or two below the title.
         begin_us: Begin of the chart, in the time of the run.
         end_us: End of the chart and of the run.
@@ -348,7 +349,7 @@ def _track(signal: str, label: str | None) -> Track:
 
 
 def _follow_events(track: Track, stimulus: Stimulus) -> None:
-    """Take the changes of the robot's surroundings from the stimulus."""
+    """Record the changes of the robot's surroundings from the stimulus."""
     if track.signal not in _SURROUNDINGS:
         return
     one = _SURROUNDINGS[track.signal]

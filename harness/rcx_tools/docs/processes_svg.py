@@ -121,7 +121,7 @@ def _waves(page: _Page) -> None:
 
 
 def _badges(page: _Page, track: Track, base: int) -> None:
-    """Draw the numbers of the steps with an edge on this lane, beside its line."""
+    """Draw the numbers of the steps with an edge on this lane, next to its line."""
     for step in page.chart.steps:
         for signal, t_us in step.edges:
             if signal != track.signal:

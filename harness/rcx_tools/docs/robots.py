@@ -17,8 +17,8 @@ _HEAD = """\
 
 # Robots
 
-By default the axes of the virtual robot are X, Y, Z and R themselves. One line in the robot file
-gives it the arms of a real model:
+By default each axis of the virtual robot is one of X, Y, Z and R. One line in the robot file gives
+the robot the arms of a real model:
 
 ```toml
 robot = "YK400XE"                       # robot 1; ["YK400XE", "SXYX"] is robot 1 and 2
@@ -49,18 +49,18 @@ Lengths are in mm, angles in degrees, speeds per second. Ranges are the soft lim
 |---|---|---|---|---|---|---|---|---|---|---|"""
 
 _COORDINATES = """\
-## Where it goes
+## Coordinates and movements
 
-- X points to the right, Y to the front, and **Z downwards**, as the controller counts it. At 0
+- X points to the right, Y to the front, and **Z downwards**, as in the controller. At 0
   degrees of axes 1 and 2 the arms are stretched along Y. Seen from above, positive angles turn from
   X to Y. R is the sum of the three angles and 90 degrees. The standard coordinates of a real robot
   may be taught differently.
 - Right-handed means that axis 2 is positive: the elbow is to the right of the line from the base to
-  the hand. The arm status shows the present pose of the arm. A position in millimetres without a
+  the hand. The arm status shows the current pose of the arm. A position in millimetres without a
   hand system uses the arm designation. On lines and arcs, by jog and in relative movements the arm
   does not change.
 - PTP: each joint turns evenly, and the path of the tool follows from this. Lines and arcs are lines
-  and arcs of the tool. Arch: the arch axis moves as the manual says, the other joints evenly.
+  and arcs of the tool. Arch: the arch axis moves as in the manual, the other joints evenly.
 - The tool is at the end of the selected hand. A hand on the R axis turns with R. Any other hand
   replaces arm 2: data 1 is its angle in pulses of axis 2, data 2 its additional length, data 3 its
   depth.
@@ -139,7 +139,8 @@ def _lines() -> Iterator[str]:
     yield ""
     yield from (f"- {model.name}: {model.also}" for model in models.values() if model.also)
     yield "- Speeds of axes 1 and 2 of a SCARA robot: the sources give one speed of both together."
-    yield "  The model divides it as YK510XEC, YK610XEC and YK710XEC do: they differ only in arm 1."
+    yield "  The model divides it in the ratio that fits YK510XEC, YK610XEC and YK710XEC: they"
+    yield "  differ only in arm 1."
     yield "  If no source gives pulses, an axis has the pulses per degree or mm of the YK400XE.\n"
     yield _COORDINATES
     config = RobotConfig()

@@ -73,7 +73,7 @@ def _imported(tree: ast.AST, package: str) -> set[str]:
 
 
 def drawn(every: Mapping[str, Iterable[str]]) -> list[tuple[str, str]]:
-    """Return the arrows of an acyclic graph without those that a longer path implies."""
+    """Return the arrows of an acyclic graph that are not implied by a longer path."""
 
     def reached(name: str) -> set[str]:
         return set(every[name]).union(*(reached(one) for one in every[name]))

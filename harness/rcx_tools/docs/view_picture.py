@@ -96,7 +96,7 @@ def _drawn(html: str) -> bytes:
 
 
 def main() -> None:
-    """Draw the picture again, if it is of another page."""
+    """Draw the picture again if its page has changed."""
     html = page()
     if PICTURE.exists() and digest_in(PICTURE.read_bytes()) == digest(html):
         return

@@ -21,7 +21,7 @@ from structured_text.output.toml_files import line_of, load_toml
 __all__ = ["BUGS", "Bug", "broken_library", "bugs", "library_copy"]
 
 _LIBRARY = ROOT / "plc" / "lib"
-#: The tables of the bugs that exploration and campaign search for.
+#: Tables of the bugs that exploration and campaign must find.
 BUGS = ROOT / "tests" / "tools" / "evidence" / "bugs"
 
 
@@ -46,7 +46,7 @@ class Bug:
         if times != 1 or self.old == self.new:
             raise InputError(
                 f"the seeded bug {self.name!r}: `old` stands {times} times in {self.file}",
-                hint="give text that stands there once, and another one instead",
+                hint="`old` must occur exactly once, and `new` must differ from it",
             )
 
     def put_into(self, folder: Path) -> None:
@@ -94,7 +94,7 @@ def library_copy() -> Iterator[Path]:
 
 @contextmanager
 def broken_library(file: str, old: str, new: str) -> Iterator[Path]:
-    """Yield a copy of the library; in one file `new` replaces `old`.
+    """Yield a copy of the library in which `new` replaces `old` in one file.
 
     Raises:
         InputError: `old` does not occur there exactly once.

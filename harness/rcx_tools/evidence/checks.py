@@ -18,7 +18,7 @@ Row = tuple[str, Callable[[Figures], str]]
 #: A table of the page: a function from the figures to headings and rows.
 Table = Callable[[Figures], tuple[list[str], list[list[str]]]]
 
-#: The library, its tables, and the parts that compile and run it.
+#: The library, its tables, and the code that compiles and runs it.
 _BASE = (
     "plc/lib",
     "spec",
@@ -200,7 +200,7 @@ def _agreement(figures: Figures) -> str:
         return "not run"
     one = figures["agreement"]
     told = f"{one['scans']:,} of {one['blocks']} blocks, at least {one['least_of_a_block']} of each"
-    told += " (what calls SIN, COS or ATAN is left out)"
+    told += " (blocks that call SIN, COS or ATAN are left out)"
     return f"{told}; {one['matiec']['says']}; differences {len(one['disagreements'])}"
 
 
@@ -270,8 +270,7 @@ CHECKS: tuple[Check, ...] = (
             ("transitions", _number("transitions")),
             ("longest until the channel is free", _longest),
             (
-                "longest until a robot that keeps asking for an area is let in, in scans from when "
-                "the others begin to leave",
+                "longest wait of a robot for an area, in scans after the others begin to leave",
                 _number("longest_until_granted_scans"),
             ),
             ("broken rules", _number("broken_rules")),
@@ -313,7 +312,7 @@ CHECKS: tuple[Check, ...] = (
             ("statements", _share("all", "statements")),
             ("branches", _share("all", "branches")),
             ("conditions", _share("all", "conditions")),
-            ("MC/DC where it is demanded", _share("mcdc_demanded", "mcdc")),
+            ("MC/DC where it is required", _share("mcdc_demanded", "mcdc")),
             ("tests", _number("tests")),
             ("gaps without a reason", _number("gaps")),
         ),
@@ -347,7 +346,7 @@ CHECKS: tuple[Check, ...] = (
             *((f"mutants of {what}", _mutants_of(kind)) for kind, what in _HARNESS_KINDS),
             ("seeded bugs found", _seeded),
             ("mutants of each generated block", _number("of_each_generated_block")),
-            ("run time of the last run, which keeps known outcomes [s]", _number("run_time_s")),
+            ("time of the last run, which reuses known outcomes [s]", _number("run_time_s")),
         ),
         (
             *(f"tests/{name}" for name in ("area", "sequence", "command", "motion", "position")),

@@ -2,7 +2,7 @@
 
 It runs tests/contract (every block on a bench without a robot) and tests/faults (every kind of
 block on the virtual controller). It counts their cases: block x Execute pattern x answer x moment.
-Further arguments go to pytest; --every-case leaves no case out.
+Further arguments are passed to pytest; --every-case runs all cases.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from rcx_tools.evidence.running_tests import run_pytest
 
 __all__ = ["DEMANDED", "figures", "main"]
 
-#: The check requires more cases than this.
+#: The check requires more than this number of cases.
 DEMANDED = 10_000
 
 _FOLDERS = ("tests/contract", "tests/faults")

@@ -158,11 +158,11 @@ def _write(file: Path, content: Any) -> None:
 def _options(arguments: Sequence[str] | None) -> tuple[Namespace, list[str]]:
     parser = ArgumentParser(prog="python -m rcx_tools.evidence.report", description=__doc__)
     names = [check.name for check in CHECKS]
-    parser.add_argument("--only", choices=names, help="given first: only this; the rest is for it")
-    parser.add_argument("--fresh", action="store_true", help="reuse nothing")
-    parser.add_argument("--page", action="store_true", help="run nothing, write what there is")
-    parser.add_argument("--check", action="store_true", help="1 where the page is not current")
-    parser.add_argument("--remind", action="store_true", help="only say where it is not current")
+    parser.add_argument("--only", choices=names, help="run only this check; must be the first")
+    parser.add_argument("--fresh", action="store_true", help="do not reuse results")
+    parser.add_argument("--page", action="store_true", help="only write the page and its figures")
+    parser.add_argument("--check", action="store_true", help="exit code 1 if the page is old")
+    parser.add_argument("--remind", action="store_true", help="only report whether the page is old")
     given = list(sys.argv[1:] if arguments is None else arguments)
     own = 2 if given[:1] == ["--only"] else len(given)
     return parser.parse_args(given[:own]), given[own:]

@@ -183,7 +183,7 @@ def _command_names() -> str:
     rows = [(str(code), command.name, f"16#{code:03X}") for code, command in _named_commands()]
     about = [
         "FC_CommandName: return the name of a remote command (guide 3), see reference/commands.md.",
-        "Empty for an unknown code; the robot number is ignored.",
+        "The result is empty for an unknown code. The robot number is ignored.",
         "Generated from spec/remote_commands.toml by `make docs`.",
     ]
     inputs = ["Code : WORD;  (* with the robot number in bits 15-12 *)"]
@@ -194,7 +194,7 @@ def _command_names() -> str:
 def _signal_names() -> str:
     about = [
         "FC_SignalName: return the manual's name of a dedicated bit (chapter 5, 2).",
-        "Empty for a reserved number.",
+        "The result is empty for a reserved number.",
         "Generated from spec/signals.toml by `make docs`.",
     ]
     inputs = [

@@ -171,7 +171,7 @@ def _outside(
 
 
 def _limit(value: int, outward: int, scale: float) -> str:
-    """Return a limit of a REAL, a tenth of a step further out if its REAL is beyond the limit.
+    """Return a limit of a REAL, widened by a tenth of a step if its REAL is beyond the limit.
 
     For example the REAL 0.01 is a little less than 0.01, and some PLCs compare it with the exact
     number.
@@ -182,7 +182,7 @@ def _limit(value: int, outward: int, scale: float) -> str:
 
 
 def _beyond(name: str, low: str, high: str) -> str:
-    """Return the condition that a REAL is not from `low` to `high`; NaN is not.
+    """Return the condition that a REAL is not from `low` to `high`; it holds for NaN, too.
 
     The comparison is a call of FC_RcxOutside, because that also detects NaN.
     """

@@ -47,7 +47,7 @@ class Conditions:
         return both(self.among(part.by, tuple(part.ranges)), condition)
 
     def among(self, name: str, values: tuple[int, ...]) -> str:
-        """Return the condition that a field has one of these values; empty if it always has."""
+        """Return the condition that a field has one of these values; empty if it always does."""
         pin = self._filler(name)
         if pin and pin.type in self._enumerations and len(pin.to) == 1:
             return self._member(pin, set(values))
@@ -59,7 +59,7 @@ class Conditions:
             return ""
         pin = self._filler(name)
         if pin is None:
-            raise InputError(f"{self._block.name}: nothing fills {name}")
+            raise InputError(f"{self._block.name}: no pin fills {name}")
         if pin.flag == name:
             return f"{pin.pin} {'<>' if low else '='} {_ZERO.get(pin.type, '0')}"
         if len(pin.to) > 1:

@@ -10,7 +10,7 @@ from rcx_tools.library.tables import Block, Input, Library
 
 __all__ = ["packing"]
 
-#: From this number of words on, a loop clears them.
+#: At least this number of words is cleared by a loop.
 _MANY = 5
 
 

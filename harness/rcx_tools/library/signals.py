@@ -67,7 +67,7 @@ def _written(path: str, lines: Iterable[str]) -> str:
     _, end, after = rest.partition(END)
     if not (begin and end) or BEGIN in after or END in after:
         raise InputError(
-            "the generated lines have no begin or no end",
+            "the comments around the generated lines are missing, repeated or in the wrong order",
             file=file,
             hint=f"put {BEGIN.strip()} before them and {END.strip()} behind them",
         )

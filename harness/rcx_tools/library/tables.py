@@ -1,4 +1,4 @@
-"""Reader of spec/blocks.toml: the command blocks, their pins, and the types of these."""
+"""Reader of spec/blocks.toml: the command blocks, their pins, and the types of the pins."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ class Output:
 class Block:
     """A command block. With several commands, member k of the type of `select` chooses the k-th.
 
-    Some parts are left to another block of the same command. `zero`: fields of the request that
+    Another block of the same command handles some parts. `zero`: fields of the request that
     stay 0. `only`: the values of a field that it sends. `echo`: fields of the response that are not
     shown, because they repeat the request.
     """
@@ -204,7 +204,7 @@ def _pin(shared: Mapping[str, dict[str, Any]], entry: str | dict[str, Any]) -> d
         return dict(entry)
     if entry not in shared:
         hint = did_you_mean(get_close_matches(entry, shared))
-        raise InputError(f"no pin is called {entry!r}", hint=hint)
+        raise InputError(f"there is no pin {entry!r}", hint=hint)
     return dict(shared[entry])
 
 
@@ -237,14 +237,14 @@ def _when(entry: list[Any] | None) -> When | None:
 
 
 def _check(block: Block) -> None:
-    """Check that every field has a pin, every pin a field, and that only codes differ."""
+    """Check that fields and pins match, and that the commands differ only in their codes."""
     first = block.commands[0]
     for command in block.commands:
         same = (command.request, command.response, command.robot, command.product)
         if same != (first.request, first.response, first.robot, first.product):
-            raise InputError(f"{command.name} has other fields than {first.name}")
+            raise InputError(f"the fields of {command.name} and {first.name} differ")
     if (len(block.commands) > 1) != (block.select is not None):
-        raise InputError("several commands need `select`, one has none")
+        raise InputError("several commands need `select`; a single command must not have it")
     fields = {part.name: part for part in first.request}
     for name, sent in block.only.items():
         known = sorted(fields[name].values) if name in fields else []
@@ -255,10 +255,10 @@ def _check(block: Block) -> None:
     shown = {one.source for one in block.outputs}
     unknown = (filled - set(block.requests)) | (shown - set(block.responses))
     if unknown:
-        raise InputError(f"no field is called {', '.join(sorted(unknown))}")
+        raise InputError(f"there is no field {', '.join(sorted(unknown))}")
     not_asked = set(block.echo) - (filled & set(block.responses))
     if not_asked:
-        raise InputError(f"`echo`: no pin asks for {', '.join(sorted(not_asked))}")
+        raise InputError(f"`echo`: no pin requests {', '.join(sorted(not_asked))}")
     missing = set(block.requests) - filled - free - set(block.zero)
     missing |= set(block.responses) - shown - set(block.echo) - _NOT_SHOWN
     if missing:

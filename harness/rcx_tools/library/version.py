@@ -17,10 +17,10 @@ _BELOW = 100
 
 _TEXT = """\
 (*
- * FC_LibraryVersion: return the version of these blocks.
+ * FC_LibraryVersion: return the version of these blocks (not in the manual).
  *
- * No section: this library's own. Write the result to a DINT that your panel shows. A changed pin
- * raises the minor number before version 1.0, and the major number after it.
+ * Write the result to a DINT that your panel shows. A changed pin raises the minor number before
+ * version 1.0, and the major number after it.
  *
  * Generated from pyproject.toml by `make docs`.
  *

@@ -44,7 +44,7 @@ def main() -> int:
     for one in found[:50]:
         print(one, file=sys.stderr)
     if found:
-        print(f"make site: {len(found)} links lead nowhere or elsewhere", file=sys.stderr)
+        print(f"make site: {len(found)} broken links or foreign resources", file=sys.stderr)
         return 1
     size = sum(file.stat().st_size for file in _SITE.rglob("*") if file.is_file())
     print(f"out/site/index.html: {size / 1e6:.0f} MB; look at it with")
@@ -72,7 +72,7 @@ def _documentation() -> None:
 
 
 def _playground(place: Path) -> None:
-    """Build the playground, with the Python that it runs."""
+    """Build the playground, together with the Python that runs in it."""
     work = _WORK / "python"
     work.mkdir(parents=True, exist_ok=True)
     for name in ("package.json", "package-lock.json", ".npmrc"):

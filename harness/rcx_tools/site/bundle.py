@@ -20,7 +20,7 @@ _ROOMS = {
     "rcx_harness": ("cell", "robot", "spec", "trace", "watch"),
     "structured_text": ("bench", "engines", "language", "output", "projects"),
 }
-#: Parts of lark that nothing here imports.
+#: Parts of lark that the harness does not import.
 _LEFT_OUT = ("__pyinstaller", "tools")
 _DATA = (".lark", ".py", ".st", ".toml", ".html", ".css", ".js")
 _FIRST_DAY = (1980, 1, 1, 0, 0, 0)
@@ -55,7 +55,7 @@ def _files() -> Iterator[tuple[str, bytes]]:
 
 
 def bake(archive: Path, pyodide: Path, job: Path) -> None:
-    """Compile the modules of a bundle for the Python that runs them, and try a job there.
+    """Compile the modules of a bundle for the Python of the playground, and try a job there.
 
     Args:
         archive: The bundle, which is written again.

@@ -74,7 +74,7 @@ def _of(site: Path, page: Path) -> Iterator[str]:
 
 
 def _is_place(anchor: str, page: Path) -> bool:
-    """Return whether an anchor is a place in a page, not an argument of the playground."""
+    """Return whether an anchor is a place in a page and not an argument of the playground."""
     return bool(anchor) and page.suffix == ".html" and "=" not in anchor
 
 

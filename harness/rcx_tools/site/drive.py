@@ -1,6 +1,6 @@
 """A run of the playground: the texts of a job become a cell, and its run becomes a page.
 
-The worker of the page calls `run`, in a browser as in any other Python. Of this repository the
+The worker of the page calls `run` in the browser. Of this repository the
 module imports only the harness.
 """
 

@@ -40,7 +40,7 @@ def rank(site: Path) -> None:
     """Rewrite the search index of a site, and its search.
 
     Raises:
-        InputError: the search is not the one that this module knows.
+        InputError: the search differs from the version that this module supports.
     """
     file = site / "search.json"
     index, first_internal = ranked(json.loads(file.read_text(encoding="utf-8")), tasks())

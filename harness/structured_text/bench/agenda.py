@@ -1,4 +1,4 @@
-"""A queue of future events on a virtual clock, which gives the same order on every machine."""
+"""A queue of future events on a virtual clock; their order is the same on every machine."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ STIMULUS, SCAN = 0, 5
 
 Duration = str | int | timedelta
 
-#: The call at an event. Its argument is the time of the event in microseconds.
+#: The function that an event calls. Its argument is the time of the event in microseconds.
 Action = Callable[[int], None]
 
 #: State of an agenda, for `Agenda.restore`.
@@ -35,8 +35,8 @@ class Agenda:
     Events of the same time, kind and device run in the order in which they were added.
 
     Attributes:
-        periods: Period of each repeated kind in microseconds: after an event of this kind the queue
-            adds the next one.
+        periods: Period of each repeated kind in microseconds. After such an event the queue adds
+            the next.
     """
 
     def __init__(self) -> None:
@@ -63,7 +63,7 @@ class Agenda:
         self.add(t_us, kind, action, device)
 
     def delay(self, kind: int, late_us: int) -> None:
-        """Delay all pending events of a kind by `late_us`, and so all of its later repetitions."""
+        """Delay all pending events of a kind, and their repetitions, by `late_us`."""
         self._queue = [
             (t_us + late_us * (one == kind), one, device, number, action)
             for t_us, one, device, number, action in self._queue

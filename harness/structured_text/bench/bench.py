@@ -116,14 +116,14 @@ class Bench:
 
         Args:
             program: One ST file or project file, or several, or a folder.
-            lib: Folder of a library; the bench adds those of its files that the program needs.
+            lib: Folder of a library; the bench adds the library files that the program needs.
             scan: Period of the scan; default: the configuration's tick, or 10 ms.
             engine: `"auto"`, `"matiec"`, `"builtin"` or `"strucpp"`.
             trace: File for the trace; it replaces the trace of an earlier run.
             watch: Variables that the trace shows in every scan: paths, or patterns with `*`.
             replace: ST files for POUs of a project, by the POU's name.
-            dialect: The PLC tool whose behaviour the program gets; default: that of the project's
-                format, or plain Structured Text.
+            dialect: The PLC tool whose behaviour the program gets; default: the dialect of the
+                project's format, or plain Structured Text.
             device: The device to read of a project with several devices.
             keep: Number of trace records in memory; each snapshot contains them.
 
@@ -181,7 +181,7 @@ class Bench:
     def scan(self, n: int = 1) -> None:
         """Run `n` more scans.
 
-        Raise InputError if `n` is not a number of scans, or no scan comes because the PLC is in
+        Raise InputError if `n` is not a number of scans, or no scan can run because the PLC is in
         STOP or has no power.
         """
         goal = self.scans + whole("the number of scans", n, 0, _MOST_SCANS)
@@ -245,7 +245,7 @@ class Bench:
         checked(EVENTS, event, args)(self, 1)
 
     def stop_plc(self, *, power: bool = False) -> None:
-        """Put the PLC into STOP, or take its power away; no scan runs until `start_plc`."""
+        """Put the PLC into STOP, or switch its power off. No scan runs until `start_plc`."""
         self.plc.stop(power=power)
 
     def start_plc(self, start: str = "warm") -> None:
@@ -290,7 +290,7 @@ class Bench:
 
     @property
     def next_us(self) -> int:
-        """Return the time of the next scan, without any delay of earlier scans."""
+        """Return the planned time of the next scan; `overrun` does not change the plan."""
         return self._first_us + self.scans * self._scan_us
 
     # --- state -------------------------------------------------------------------------------
@@ -365,8 +365,8 @@ class Bench:
     def _scan(self, now: int) -> None:
         if not self.plc.runs:
             if self._wanted:
-                hint = f"use {self.place}.run(), or let plc_run or plc_power_on happen"
-                raise InputError("the PLC does not run: no scan comes", hint=hint)
+                hint = f"use {self.place}.run(), or schedule plc_run or plc_power_on"
+                raise InputError("the PLC is not in RUN, so no scan can run", hint=hint)
             return
         self._before_scan(now)
         self.program.scan(now)

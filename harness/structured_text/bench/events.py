@@ -55,14 +55,16 @@ def _power_off(start: str = "warm") -> Callable[[Stopped, int], None]:
 
 def _run(start: str = "warm") -> Callable[[Stopped, int], None]:
     if start not in _STARTS:
-        raise InputError(f"start = {start!r} is not a start", hint=f"use {', '.join(_STARTS)}")
+        raise InputError(
+            f"start = {start!r} is not a kind of start", hint=f"use {', '.join(_STARTS)}"
+        )
     return lambda cell, _: cell.start_plc(start)
 
 
 def _power_on(start: str = "warm") -> Callable[[Stopped, int], None]:
     if start == "continue":
         hint = "use warm or cold"
-        raise InputError("a PLC does not continue after a loss of its power", hint=hint)
+        raise InputError("start = continue is not possible after a power loss", hint=hint)
     return _run(start)
 
 
@@ -74,7 +76,7 @@ EVENTS: dict[str, Event[Stopped]] = {
         _stop,
     ),
     "plc_run": Event(
-        "the PLC goes into RUN: start = warm (RETAIN is kept), cold, or continue (as it stands)",
+        "the PLC goes into RUN: start = warm (keeps RETAIN), cold, or continue (keeps all values)",
         _run,
     ),
     "plc_power_off": Event("the PLC loses its power; start as at stop", _power_off),
@@ -87,7 +89,7 @@ OPPOSITES: dict[str, str] = {"plc_stop": "plc_run", "plc_power_off": "plc_power_
 
 
 def opposite(event: str, args: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
-    """Return the event that ends another one, with its arguments: how the PLC starts again.
+    """Return the event that ends a lasting event, with its arguments, such as the kind of start.
 
     Raise InputError if the event does not last.
     """
@@ -100,7 +102,7 @@ def opposite(event: str, args: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
 def checked(
     events: Mapping[str, Event[_On]], event: str, args: Mapping[str, Any], key: str = "plc"
 ) -> Callable[[_On, int], None]:
-    """Return the call by which an event acts on a bench, or on one of the devices around it.
+    """Check the arguments of an event; return a function that triggers it on a bench or device.
 
     Raises:
         InputError: arguments that the event does not take, or impossible values.

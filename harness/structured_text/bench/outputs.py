@@ -1,4 +1,4 @@
-"""The files that a run writes: checks that protect inputs and foreign files from overwriting."""
+"""Checks that the files that a run writes overwrite no inputs and no foreign files."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def check_outputs(
 
 def _check_earlier(kind: str, output: str | Path) -> None:
     """Check that an existing file is empty or the output of an earlier run."""
-    if not os.path.isfile(output):  # missing, or a device
+    if not os.path.isfile(output):  # a missing file or a device cannot be overwritten
         return
     name, beginning = _WRITTEN[kind]
     try:

@@ -24,7 +24,7 @@ class Monitor(Protocol):
         """Restore the state from `snapshot`."""
 
     def begin(self) -> None:
-        """Begin with the variables as they are: the PLC starts, and has kept VAR RETAIN."""
+        """Begin with the current variables; after a warm start they include VAR RETAIN."""
 
 
 class Plc:
@@ -63,7 +63,7 @@ class Plc:
         self.runs, self.powered = False, self.powered and not power
 
     def start(self, start: str) -> None:
-        """Go into RUN by a start that is `warm`, `cold`, or `continue`.
+        """Go into RUN; `start` is `warm`, `cold` or `continue`.
 
         A variable that was set from outside and still has that value is an input of the program. It
         has the same value after the start.
@@ -89,7 +89,7 @@ class Plc:
             monitor.begin()
 
     def snapshot(self) -> object:
-        """Return the state of monitors and PLC, without that of the program."""
+        """Return the state of monitors and PLC, without the program's state."""
         monitors = [one.snapshot() for one, _ in self._monitors]
         return monitors, self.runs, self.powered, dict(self._outside)
 

@@ -134,7 +134,7 @@ class Trace(Generic[_R]):
         """
         if self._file is not None:
             raise InputError(
-                "a cell that writes a trace file cannot be set back",
+                "a cell that writes a trace file cannot go back in time",
                 file=self.path,
                 hint="build the cell without trace= to use snapshot and restore",
             )

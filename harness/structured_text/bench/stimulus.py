@@ -275,8 +275,8 @@ def event_of(
 ) -> tuple[str, Mapping[str, Any]]:
     """Return name and arguments of an event from the file.
 
-    Raise InputError if it is not an event. `names` are the full names of events by those in the
-    file; `elsewhere` has hints for events that belong to another key.
+    Raise InputError if it is not an event. `names` maps the names in the file to full names of
+    events; `elsewhere` has hints for events that belong to another key.
     """
     args: dict[str, Any] = {}
     if isinstance(given, dict):

@@ -53,7 +53,7 @@ class Watched:
         self._last: tuple[Value, ...] | None = None
 
     def values(self) -> dict[str, Value]:
-        """Return the values by path; after `keep` the last ones."""
+        """Return the values by path; after `keep`, the values that it has read."""
         read = self._read() if self._last is None else self._last
         return dict(zip(self.types, read, strict=True))
 

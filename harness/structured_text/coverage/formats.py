@@ -32,8 +32,8 @@ def tracefile(
     """Return the tracefile of lcov, without items that are justified in the source.
 
     Readers expect lines with statements. Therefore a block has the line of its first statement, and
-    a branch has that of its IF, CASE or loop. With a `folder` paths are absolute. `mcdc` includes
-    the conditions, which lcov reads from version 2.2 on and other readers refuse.
+    a branch has the line of its IF, CASE or loop. With a `folder` paths are absolute. `mcdc`
+    includes the conditions, which lcov reads from version 2.2 on and other readers refuse.
     """
     lines = []
     for result in results:
@@ -90,7 +90,7 @@ def _conditions(result: FileResult) -> Iterator[str]:
 
 
 def cobertura(results: Sequence[FileResult], home: Path) -> bytes:
-    """Return the XML of Cobertura after its DTD (coverage-04), which has no place for MC/DC."""
+    """Return the results as XML of Cobertura; its DTD (coverage-04) has no place for MC/DC."""
     lines, branches = _shares(results)
     root = ET.Element("coverage", _rates(results))
     for name, share in (("lines", lines), ("branches", branches)):

@@ -64,7 +64,7 @@ def _page(title: str, back: str, body: Iterator[str]) -> str:
 
 def _overview(results: Sequence[FileResult], names: Mapping[str, str]) -> Iterator[str]:
     demanded = [one for one in results if one.demands_mcdc]
-    yield '<p class="note">What was executed, counted by the built-in engine. MC/DC is masking'
+    yield '<p class="note">Executed code, as counted by the built-in engine. MC/DC is masking'
     yield f"MC/DC{'; it is demanded where its bar is coloured' if demanded else ''}.</p>"
     yield f"<div class='wide'><table>{_head('Folder')}"
     for folder in sorted({result.folder for result in results if "/" in result.path}):
@@ -120,8 +120,8 @@ def _file(result: FileResult) -> Iterator[str]:
     yield f"<h2>Not covered: {len(found) or 'nothing'}</h2><ul class='gaps'>"
     yield from (_gap(one, "", "line ") for one in sorted(found, key=lambda one: one.line))
     yield "</ul><h2>Source</h2><p class='note'>Keys: <kbd>n</kbd> and <kbd>p</kbd> go to the next"
-    yield "and the previous line that is not covered, <kbd>i</kbd> to all files. Before a"
-    yield "line stand how often it was executed, and its branches.</p>"
+    yield "and the previous line that is not covered, <kbd>i</kbd> to all files. The columns before"
+    yield "a line show how often it was executed, and its branches.</p>"
     yield "<div class='wide' tabindex='0'><table class='code'>"
     statements = _by_line(result.statements)
     branches = _by_line(result.branches)
@@ -141,8 +141,8 @@ def _file(result: FileResult) -> Iterator[str]:
         )
     yield "</table></div>"
     if result.decisions:
-        yield "<h2>Decisions</h2><p class='note'>Its conditions, the values each has had, and"
-        yield "whether it has decided the outcome both ways (in other respects alike: unique).</p>"
+        yield "<h2>Decisions</h2><p class='note'>For each condition, its values, and whether it"
+        yield "has decided the outcome as TRUE and as FALSE (unique: no other one differed).</p>"
     for decision in result.decisions:
         yield from _decision(decision)
 

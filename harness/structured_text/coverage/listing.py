@@ -53,7 +53,7 @@ class Branch(NamedTuple):
 
 
 class Listed(NamedTuple):
-    """A decision: its line, that of its statement, its conditions and the code that joins them."""
+    """A decision: its line, its statement's line, its conditions and the code that joins them."""
 
     line: int
     at: int
@@ -114,7 +114,7 @@ class Text:
             text = source_text(source)
             for number, shown in enumerate(text.splitlines(), 1):
                 at, _ = origin(source, number, 1)
-                # Several parts are from one line, or a part was assembled: show the line of the
+                # If several parts are from one line, or a part was assembled, show the line of the
                 # file.
                 if self.lines.setdefault(at, shown) != shown:
                     self.lines[at] = own[at - 1] if at <= len(own) else shown
@@ -131,7 +131,7 @@ def listing(pou: t.Pou, plan: Plan, text: Text) -> Listing:
 
 
 def _reasons(text: str) -> dict[int, str]:
-    """Return the reasons by the line they apply to: their own, or the next one with code."""
+    """Return each reason by the line that it covers: its own line, or the next line with code."""
     found = {}
     for comment in _REASON.finditer(text):
         before = text[: comment.start()].rpartition("\n")[2].strip()
@@ -204,7 +204,7 @@ class _Lister:
     def _words_of(self, node: t.If | t.Case) -> _Words:
         """Return the keyword lines of a node.
 
-        A latch such as `S=` is not an IF in the source; all its lines are that of the statement.
+        A latch such as `S=` is an IF without keywords; its statement gives the line of all of them.
         """
         line = node.at.line
         return self._words.get((line, node.at.column)) or _Words([line], line, line)
@@ -239,7 +239,7 @@ class _Lister:
         if node.otherwise:
             yield words.otherwise, self._plan.body(node, node.otherwise), "ELSE"
         else:
-            yield words.end, self._plan.empty[id(node)], "none of the IF (no ELSE)"
+            yield words.end, self._plan.empty[id(node)], "no condition of the IF was TRUE (no ELSE)"
 
     def _ways_of_case(self, node: t.Case) -> Iterator[tuple[int, int, str]]:
         words = self._words_of(node)
@@ -258,7 +258,7 @@ class _Lister:
         if node.otherwise:
             yield words.otherwise, self._plan.body(node, node.otherwise), "CASE ELSE"
         elif members or not isinstance(kind, EnumType):
-            yield words.end, self._plan.empty[id(node)], "CASE without a label that fits"
+            yield words.end, self._plan.empty[id(node)], "no label of the CASE fits"
 
     def _ways_of_loop(
         self, node: t.While | t.For, before: t.Statement | None

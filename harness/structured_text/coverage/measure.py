@@ -77,10 +77,10 @@ class Judged:
 
     Attributes:
         values: The values it has had.
-        deciding: The values with which it has decided the outcome. If it has MC/DC, both; otherwise
-            at most one.
-        unique: It has decided as TRUE and as FALSE in two evaluations that differ in no other
-            condition. A condition that one of them skipped does not count as a difference.
+        deciding: The values with which it has decided the outcome: both if it has MC/DC, else at
+            most one value.
+        unique: Whether it has decided as TRUE and as FALSE in two evaluations that differ in no
+            other condition. Conditions that one of these evaluations skipped do not count.
     """
 
     values: frozenset[bool]
@@ -106,7 +106,7 @@ class Condition:
 class DecisionResult:
     """A decision, its conditions, and the vectors in which it was evaluated, with outcomes.
 
-    `at` is the line of its statement; the vectors are those of `judge`.
+    `at` is the line of its statement; the vectors have the form that `judge` describes.
     """
 
     line: int
@@ -124,10 +124,10 @@ class FileResult:
         path: The path as it is displayed, `folder/Block.st`.
         source: Its lines, by their numbers.
         pous: Name, line and number of calls of each function or block in it.
-        bodies: The sorted lines of the statements of each of these.
+        bodies: The sorted lines of the statements of each of these POUs.
         stale: Lines with a reason although everything on them was executed.
-        changed: The file has changed since, or counts of several versions exist.
-        demands_mcdc: MC/DC is required for it.
+        changed: Whether the file has changed since the run, or counts of several versions exist.
+        demands_mcdc: Whether MC/DC is required for the file.
         runs: The number of its counters.
     """
 
@@ -282,7 +282,7 @@ def _judge(code: Postfix, size: int, outcomes: dict[int, bool], number: int) -> 
     decides: set[tuple[bool, bool]] = set()
     for vector, result in seen.items():
         # Skipped conditions may have any value, so the outcome of the inverted vector may be
-        # unknown; an unknown outcome counts as another one.
+        # unknown; an unknown outcome counts as a change.
         if outcome(code, vector ^ bit, vector >> size) is not result:
             decides.add((bool(vector & bit), result))
     masking = any((not value, not result) in decides for value, result in decides)

@@ -24,14 +24,14 @@ __all__ = ["ENGINE", "Outcome", "check_fail_under", "check_folder", "conclude", 
 #: The reason why coverage refuses another engine, for messages.
 ENGINE = "coverage is counted by the built-in engine"
 
-#: Marks at the head of each file of a report; files without one are not overwritten.
+#: Marks at the head of each file of a report; files without a mark are not overwritten.
 _MARKS = (f"{COMMAND} coverage".encode(), f"TN:{COMMAND}_coverage".encode())
 _HEAD = 200
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """The text to print about a coverage, and whether it meets the requirements."""
+    """The text to print about the coverage, and whether the coverage meets the requirements."""
 
     text: str
     passed: bool
@@ -60,8 +60,8 @@ def conclude(
     """Write the report on the counts, or raise InputError.
 
     The name of `home` is the title of the report, and displayed paths are relative to it.
-    `fail_under` is the required percentage of statements and branches together; `lost` are
-    processes whose part is missing.
+    `fail_under` is the required percentage of statements and branches together; `lost` names the
+    processes that left no part.
     """
     results = measure(merged, home)
     found = total(results)
@@ -88,7 +88,8 @@ def conclude(
 def check_folder(folder: Path) -> None:
     """Refuse a folder in which a report could not be written.
 
-    Raise InputError if it is a file, or has an index.html or the like that is not a report's.
+    Raise InputError if it is a file, or contains an index.html or a similar file that is not from a
+    report.
     """
     if os.path.exists(folder) and not os.path.isdir(folder):
         raise InputError(
@@ -103,9 +104,9 @@ def write_report(
 ) -> list[Path]:
     """Write index.html, a page per file, coverage.lcov, mcdc.lcov (with MC/DC) and coverage.xml.
 
-    Pages of an earlier report that this one does not have are removed. Raise InputError if a file
-    exists that is not a report's, or cannot be written. The folder is created. Paths of the files
-    are relative to `home`; lcov gets absolute paths if wanted.
+    Pages of an earlier report that this one does not have are removed. Raise InputError if an
+    existing file is not from a report, or a file cannot be written. The folder is created. Paths of
+    the files are relative to `home`; lcov gets absolute paths if wanted.
 
     Returns:
         The first page, and the files for other tools.

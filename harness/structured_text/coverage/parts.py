@@ -1,4 +1,4 @@
-"""The counts of several processes, combined; a part is what one process has counted."""
+"""The counts of several processes, combined; a part contains the counts of one process."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Part = Mapping[str, Any]
 
 
 def part_of(collector: Collector) -> Part:
-    """Return the counts of a collector, with the texts of the files that have not changed since."""
+    """Return the counts of a collector, with the texts of files that are still as compiled."""
     made = deeply(lambda: _Part(collector.counted, collector.texts))
     return {
         "files": made.files,
@@ -103,7 +103,7 @@ class _Part:
 
 
 def _is_unchanged(file: str, before: str) -> bool:
-    """Return whether a file is there and its content still has this hash."""
+    """Return whether a file exists and its content still has this hash."""
     try:
         return hashlib.sha256(Path(file).read_bytes()).hexdigest() == before
     except OSError:
@@ -112,7 +112,7 @@ def _is_unchanged(file: str, before: str) -> bool:
 
 @dataclass
 class CountedPou:
-    """A POU with its counts: one per run of statements, and the vectors of each decision."""
+    """A POU with one count per sequence of statements, and the vectors of each decision."""
 
     listing: Listing
     counters: list[int]

@@ -41,7 +41,7 @@ def totals(results: Sequence[FileResult]) -> dict[str, Share]:
 
 
 def gaps(results: Sequence[FileResult], *, justified: bool = False) -> list[Gap]:
-    """Return the items that are not covered: those without a reason, or those with one.
+    """Return uncovered items: those with a reason if `justified`, else those without a reason.
 
     A statement in a branch that was not taken is represented by the branch. A condition counts only
     if MC/DC is required for its file.

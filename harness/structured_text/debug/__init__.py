@@ -2,6 +2,6 @@
 
 `places` finds the lines with statements, and `tracer` stops at them. `machine` is the interface of
 a run, and `player` moves back and forth in it. `devices` is the interface of programs in other
-languages that run beside the PLC's. `debugger` steps as `orders` say. `session` serves the client,
-with `breakpoint_requests` and `view_requests`.
+languages that run beside the PLC's. `debugger` executes the user's `orders`. `session` serves the
+client, with `breakpoint_requests` and `view_requests`.
 """

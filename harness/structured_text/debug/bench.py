@@ -35,7 +35,7 @@ class BenchMachine:
 
     @property
     def ended(self) -> str:
-        """Return why there is no further scan; empty while there is one."""
+        """Return the reason why no further scan can run, or an empty text."""
         over = self.bench.next_us >= self._end_us
         return f"the end of the run ({self._shown})" if over else ""
 
@@ -49,7 +49,7 @@ class BenchMachine:
 
     def restore(self, snapshot: Any) -> None:
         """Restore the state from `snapshot`."""
-        self.program.note_calls({})  # drop the calls of an abandoned scan
+        self.program.note_calls({})  # discard the logged calls of an abandoned scan
         self.bench.restore(snapshot)
 
     def inject(self, event: str, device: int) -> None:

@@ -1,4 +1,4 @@
-"""The requests of the protocol that set breakpoints and ask where they can be."""
+"""The requests of the protocol that set breakpoints and list the places for them."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class BreakpointRequests(Requests):
         """Return a breakpoint in the program of a device; its condition is in its language."""
         if wanted.get("logMessage"):
             hint = "remove it; a condition or a number of hits works there"
-            text = "a message works in Structured Text only, not in the program of a device"
+            text = "logpoints are possible in Structured Text only, not in the program of a device"
             raise InputError(text, hint=hint)
         holds = devices.condition(wanted["condition"]) if wanted.get("condition") else None
         counting = _counting(wanted)

@@ -60,7 +60,7 @@ def message_of(text: str, compiled: Callable[[str], Compiled]) -> Message:
 
 @dataclass(eq=False)
 class Breakpoint:
-    """Statements before which to stop.
+    """A breakpoint: the statements before which the run stops.
 
     Attributes:
         number: Its identifier for the client.
@@ -68,7 +68,7 @@ class Breakpoint:
         conditions: Conditions by POU; without a condition it always stops.
         counting: Condition on the number of hits; None: each hit counts.
         messages: Messages by POU; a POU with a message prints it and does not stop.
-        entry: Only the first statement of a call counts.
+        entry: Whether only the first statement of a call counts.
     """
 
     number: int

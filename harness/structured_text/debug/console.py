@@ -211,7 +211,7 @@ class Console:
         raise InputError(f"there is no command .{word}", hint=".help lists them")
 
     def positions(self) -> str:
-        """Return where the PLC stands, and each task of its devices, one in each line."""
+        """Return the positions of the PLC and of each task of its devices, one per line."""
         tracer = self._debugger.player.tracer
         thread = self._scopes.running(tracer)
         frame = self._scopes.stack(tracer, thread)[0]

@@ -20,7 +20,7 @@ from structured_text.debug.watch_expressions import WatchExpressions
 
 __all__ = ["Debuggee", "Requests", "source_of", "unverified"]
 
-#: Answers a request: a body, or an order for the debugger.
+#: A function that answers a request: it returns a body, or an order for the debugger.
 Handler = Callable[[Message], Message | Order | None]
 
 
@@ -45,7 +45,7 @@ class Debuggee:
 
     @classmethod
     def of(cls, machine: Machine, front: Front, base: int) -> Debuggee:
-        """Return the parts for a machine whose stops are reported to `front`."""
+        """Return the parts for a machine; stops are reported to `front`."""
         program = machine.program
         places, memory = Places(program), ProgramVariables(program)
         player = Player(machine, places)
@@ -75,5 +75,5 @@ def source_of(file: str) -> Message:
 
 
 def unverified(text: str) -> Message:
-    """Return the answer for a breakpoint that is not set, and why."""
+    """Return the answer for a breakpoint that is not set, with the reason."""
     return {"verified": False, "message": text}

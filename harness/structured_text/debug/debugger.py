@@ -26,19 +26,19 @@ from structured_text.output.units import format_us
 __all__ = ["Debugger"]
 
 
-#: In place of a statement's number: the first statement of the program in its scan.
+#: This number stands for the first statement of the program in its scan.
 _FIRST = -1
 
 
 class _Leave(BaseException):
-    """Leaves a scan in its middle to obey another order."""
+    """An exception that leaves a scan in its middle, because the user gave another order."""
 
     def __init__(self, order: Order) -> None:
         self.order = order
 
 
 class _Hit(BaseException):
-    """Leaves a fast scan in which something stops; the scan is then repeated with all hooks."""
+    """An exception that leaves a fast scan at a stop; the scan is then repeated with all hooks."""
 
 
 @dataclass
@@ -58,11 +58,11 @@ class Debugger:
     Attributes:
         player: Moves in time.
         memory: The program's variables.
-        front: Talks to the user.
-        breakpoints: Where to stop.
+        front: The user interface.
+        breakpoints: The breakpoints of the user.
         watches: Variables whose change stops the run.
-        rules: Whether a broken rule stops.
-        pausing: The user wants to pause.
+        rules: Whether a broken rule stops the run.
+        pausing: Whether the user has requested a pause.
     """
 
     player: Player
@@ -178,7 +178,7 @@ class Debugger:
     def _steps_in(self, scan: int) -> bool:
         """Return whether a step can end in this scan."""
         order = self._going.order
-        if order.task:  # a fast scan must find its end, too
+        if order.task:  # the hook for the task in a fast scan detects the end of this step
             return False
         return scan >= self._goal if order.until == "scan" else order.until != "continue"
 
@@ -196,7 +196,7 @@ class Debugger:
                 self.player.plain()
         except _Hit:
             return False
-        # After a change the scan is repeated, which compares again.
+        # If a watch has changed, the repetition with all hooks stops at the change.
         return not any(watch.changed() for watch in self.watches)
 
     def _lines(self) -> dict[str, frozenset[int]]:
@@ -531,7 +531,7 @@ class Debugger:
         """Apply a change at this moment, and repeat it whenever the run passes this moment again.
 
         Returns:
-            Whether the run had been further on; that part of it is discarded.
+            Whether the run had already gone beyond this moment; that part of it is discarded.
         """
         later = self.player.edit(apply)
         for one in self.breakpoints:

@@ -67,22 +67,22 @@ class Devices(Protocol):
 
     @property
     def positions(self) -> list[str]:
-        """Return for each task in use its program, line, state and statement as one line."""
+        """Return one line for each task in use: its program, line, state and statement."""
 
     def condition(self, text: str) -> Callable[[int], bool]:
-        """Return a function of the number of a task that evaluates a condition there.
+        """Return a function that evaluates a condition in the task with the given number.
 
-        Raise InputError if the text is not an expression of the language; so does the function if
-        the expression has no value.
+        Raise InputError if the text is not an expression of the language. The function raises
+        InputError if the expression has no value.
         """
 
     def watch(self, look: Callable[[DeviceStep], None] | None) -> None:
-        """Call `look` before each line that a task begins, from now on; None: no longer."""
+        """Call `look` before each line that a task begins, from now on; None ends these calls."""
 
 
 @dataclass(eq=False)
 class DeviceBreakpoint(Breakpoint):
-    """A line of a device's program before which to stop; or each line of a task.
+    """A breakpoint before a line of a device's program, or before each line of a task.
 
     Attributes:
         file: Canonical path of the file; empty: each line of `task`.
@@ -108,9 +108,9 @@ class DeviceBreakpoint(Breakpoint):
 
 
 def next_line(devices: Devices, file: str, line: int) -> int | None:
-    """Return the next line of a device's program at which a statement begins, from this line on.
+    """Return the first line from this one on at which a statement of a device's program begins.
 
-    None: there is none.
+    The result is None if there is no such line.
     """
     lines = devices.lines(file)
     place = bisect_left(lines, line)

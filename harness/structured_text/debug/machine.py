@@ -46,11 +46,11 @@ class Machine(Protocol):
 
     @property
     def around(self) -> Sequence[Scope]:
-        """Return the current values around the program."""
+        """Return the groups of current values around the program."""
 
     @property
     def ended(self) -> str:
-        """Return why there is no further scan; empty while there is one."""
+        """Return the reason why no further scan can run, or an empty text."""
 
     @property
     def scans(self) -> int:

@@ -27,9 +27,10 @@ class Stop:
 
 @dataclass(frozen=True)
 class Forward:
-    """An order to continue: `until` is continue, in, over, out or scan; `scans` is for scan.
+    """An order to continue: `until` is continue, in, over, out or scan.
 
-    `task` is the task of a device in which a step ends; 0: in the program.
+    `scans` is the number of scans if `until` is scan. `task` is the task of a device in which a
+    step ends; 0: in the program.
     """
 
     until: str = "continue"

@@ -28,12 +28,12 @@ def real_path(file: str) -> str:
 class _Marking(Writer):
     """A writer of a POU that notes the lines of code at which statements begin.
 
-    The code is identical to the engine's, line by line, so its line numbers are valid there.
+    The code is identical to the engine's, line by line, so the line numbers are valid for both.
 
     Attributes:
-        begins: Index of a line of code to the line of the source.
-        rounds: Index of the head of a loop, if it is not the first line of its statement, to that
-            first line. From the second round on the head counts as a statement of its own.
+        begins: For the index of a line of code, the line of the source.
+        rounds: For the index of a loop's head after the first line of its statement, that first
+            line. From the second round on the head counts as a statement of its own.
     """
 
     def __init__(self, project: Project, pou: t.Pou, storage: Storage) -> None:
@@ -70,8 +70,9 @@ class Code:
 
     Attributes:
         pou: Its source.
-        begins: Line of the Python module to the line of the source whose statement begins there.
-        rounds: See `_Marking`, in lines of the module.
+        begins: For a line of the Python module, the source line with the statement that begins
+            there.
+        rounds: As in `_Marking`, but with line numbers of the module.
     """
 
     pou: t.Pou
@@ -177,9 +178,9 @@ class Places:
         return sorted({line for line, _ in found if first <= line <= last})
 
     def first_line(self, pou: t.Pou) -> int:
-        """Return the first line with a statement of a body; without statements that of the POU."""
+        """Return the first line with a statement of a body, or the POU's line if there are none."""
         return min((one.at.line for one in statements(pou.body)), default=pou.at.line)
 
     def last_line(self, pou: t.Pou) -> int:
-        """Return the line of the last statement of a body; without statements that of the POU."""
+        """Return the line of the last statement of a body, or the POU's line if there are none."""
         return max((one.at.line for one in statements(pou.body)), default=pou.at.line)

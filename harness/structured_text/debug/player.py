@@ -1,4 +1,4 @@
-"""Movement to any moment of a run: from the nearest snapshot before it the run is repeated.
+"""Movement to any moment of a run: the run is repeated from the nearest snapshot before it.
 
 A moment is a scan and the number of a statement in it. Changes by the user are repeated at the
 moment where they were made. The machine is deterministic, so a repeated scan equals the first.
@@ -195,7 +195,7 @@ class Player:
         """Apply a change now, and again whenever the run passes this moment.
 
         Returns:
-            Whether the run had been further on; that part of it is discarded.
+            Whether the run had already gone beyond this moment; that part of it is discarded.
         """
         apply()
         now = self.now

@@ -39,7 +39,7 @@ def encoded(message: Mapping[str, Any]) -> bytes:
 def read_message(stream: BinaryIO) -> Message | None:
     """Return the next message; None at the end of the stream.
 
-    Raise InputError if the stream is not one of messages, or a header or body is too long.
+    Raise InputError if the stream does not contain messages, or a header or body is too long.
     """
     length, size = -1, 0
     while line := stream.readline(_LONGEST_HEADER):

@@ -1,4 +1,4 @@
-"""A recording of all inputs of a program, scan by scan; a test records, the debugger replays.
+"""A recording of all inputs of a program in a test, scan by scan, for replay in the debugger.
 
 A program depends only on its inputs, on what a test sets, and on the time. With these it behaves
 the same again, without the devices around it.
@@ -145,7 +145,7 @@ _MADE: dict[str, Callable[[Any], Any]] = {
 
 
 def _value(found: Any) -> Any:
-    """Return the value of a form that `_literal` has made."""
+    """Return the value that `_literal` has converted to this form."""
     if isinstance(found, list):
         return [_value(one) for one in found]
     if isinstance(found, dict):
@@ -195,7 +195,7 @@ class Tape:
 
     @property
     def ended(self) -> str:
-        """Return why there is no further scan; empty while there is one."""
+        """Return the reason why no further scan can run, or an empty text."""
         return "" if self._done < len(self._scans) else "the end of the recording"
 
     @property

@@ -29,7 +29,7 @@ class Frame:
         instance: The object of its instance; None for a function.
         variables: Variables of the call, as Python names them.
         store: Sets one of these variables.
-        path: Path of its instance; empty without one.
+        path: Path of its instance; empty if it has no instance.
     """
 
     pou: t.Pou

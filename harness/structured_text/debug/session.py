@@ -40,7 +40,7 @@ _CAPABILITIES = {
         {
             "filter": "rules",
             "label": "Broken rules",
-            "description": "Stop behind the scan in which a rule of the manual is broken",
+            "description": "Stop after the scan in which a rule is broken",
             "default": True,
         }
     ],
@@ -54,8 +54,8 @@ class Launched:
     Attributes:
         machine: The machine to debug.
         notice: Lines to print at the start.
-        last: Reason of the end of a recording: begin at its end with this text; empty to begin at
-            the start.
+        last: If it is not empty, the session begins at the end of the recording, and this text is
+            the reason of the stop.
     """
 
     machine: Machine
@@ -295,7 +295,7 @@ class Session:
         return {"exceptionId": COMMAND, "description": text, "breakMode": "always"}
 
 
-#: Exceptions due to a request with arguments of wrong types, or nested too deep.
+#: Exceptions caused by a request with arguments of wrong types or with too deep nesting.
 _MISTYPED = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError)
 
 #: Requests that need no program, and requests that are allowed while it runs.

@@ -1,8 +1,8 @@
 """One scan under the interpreter's trace hook, which can stop before every statement.
 
 The program's code is the same with and without the hook. A stop is a call of the hook that blocks
-until the user continues. A scan is left in its middle by an exception, which no program catches.
-Lines of devices' programs that begin during the scan are steps of it like statements.
+until the user continues. A scan is left in its middle by an exception, which no program catches. A
+line of a device's program that begins during the scan is a step of it, like a statement.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Entry:
     """An active call of a POU: its code, its Python frame, and its position.
 
     Attributes:
-        line: Line of the source whose statement runs, or is about to.
+        line: Line of the source with the statement that runs, or is about to run.
         at: The same line of the module.
         fresh: Whether that is the first statement of this call.
     """
@@ -45,7 +45,7 @@ class Tracer:
     Attributes:
         stack: The active calls of POUs, the program first.
         depths: Call depth of each statement of this scan so far, from 1.
-        tasks: Task of a device to which each of these belongs; 0: to the program.
+        tasks: For each of these steps the task of a device, or 0 for the program.
         device: The line of a device's program that is about to begin; None at a statement.
         roots: Number of programs that have begun in this scan.
     """
@@ -68,7 +68,7 @@ class Tracer:
         return len(self.depths)
 
     def clear(self) -> None:
-        """Reset the state to that between two scans."""
+        """Reset the hooks to their state between two scans."""
         self.stack, self.depths, self.tasks, self.roots = [], [], [], 0
         self.device = None
 
@@ -111,7 +111,7 @@ class Tracer:
     # --- lines of devices ---
 
     def _step_of_device(self, step: DeviceStep) -> None:
-        """Take a line of a device's program as a step of the scan."""
+        """Count a line of a device's program as a step of the scan."""
         self.device = step
         self.depths.append(step.depth)
         self.tasks.append(step.task)

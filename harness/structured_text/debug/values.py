@@ -1,7 +1,7 @@
 """Variables of a program in the engine's representation: how to find, show and set them.
 
-A BOOL or number is itself, a time is in nanoseconds, an enumeration is its number. A structure or
-block is an object with slots in upper case, an array is one list of all elements.
+A BOOL or number has its Python value, a time is in nanoseconds, an enumeration is its number. A
+structure or block is an object with slots in upper case, an array is one list of all elements.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Held:
         name: Its displayed name: a member, `[3]`, or the user's expression.
         get: Returns its value.
         set: Sets its value; None if it cannot be set.
-        path: An expression for it in its POU; empty without one.
+        path: An expression for it in its POU; empty if there is none.
     """
 
     name: str
@@ -95,7 +95,7 @@ class ProgramVariables:
         found = self._holders.find(held)
         return found.path if found is not None else ""
 
-    # --- what is in them ---
+    # --- members and elements ---
 
     def parts(self, of: Held, first: int = 0, count: int | None = None) -> list[Held]:
         """Return the members or elements of a variable.
@@ -184,7 +184,7 @@ class ProgramVariables:
             path,
         )
 
-    # --- for people ---
+    # --- display ---
 
     def shown(self, of: Held) -> Shown:
         """Return a variable's value for display."""
@@ -232,7 +232,7 @@ class ProgramVariables:
         return self.shown(Held("", kind, lambda: held)).text
 
     def at(self, found: Resolved) -> Held:
-        """Return a variable by its path: from a program on, or that of a global variable."""
+        """Return a variable by its path, which begins with a program or a global variable."""
         kind, path = found.type, found.path
         if found.address is not None:
             slot = address_slot(found.address)

@@ -1,4 +1,4 @@
-"""The requests of the protocol that look at the run: threads, stack, variables, expressions."""
+"""The requests of the protocol that show the run: threads, stack, variables, expressions."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class ViewRequests(Requests):
         return self._run.scopes.running(tracer)
 
     def task(self, arguments: Message) -> int:
-        """Return the task of a device that the thread of a request is; 0: a program of the PLC."""
+        """Return the number of the device's task in a request, or 0 for a program of the PLC."""
         thread = int(arguments.get("threadId") or 1)
         devices = self._run.machine.devices
         known = [number for number, _ in devices.tasks] if devices is not None else []
@@ -96,9 +96,10 @@ class ViewRequests(Requests):
         return {**body, "source": source_of(file)} if file else body
 
     def frame(self, arguments: Message) -> Frame:
-        """Return the requested frame of the PLC; without a number the innermost one.
+        """Return the requested frame of the PLC, by default the innermost.
 
-        For a frame of a device it is the innermost one, too: the PLC's expressions work there.
+        For a frame of a device, return the innermost frame of the PLC, in which the PLC's
+        expressions are evaluated.
         """
         found = self._any_frame(arguments)
         if isinstance(found, Frame):

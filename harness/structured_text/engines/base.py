@@ -43,10 +43,10 @@ class OfProject:
         return dict(self.project.instances)
 
     def pace(self, scan_us: int) -> None:
-        """Take note of the time from one scan to the next; see `Program.pace`."""
+        """Set the time from one scan to the next; see `Program.pace`."""
 
     def walk(self) -> Iterator[tuple[str, Type]]:
-        """Yield every variable of the program instances and every global one, parents first."""
+        """Yield every variable of the program instances and every global, parents first."""
         return walk(self.project)
 
     def located(self) -> list[Located]:
@@ -76,10 +76,11 @@ class Program(Protocol):
         """
 
     def pace(self, scan_us: int) -> None:
-        """Take note of the time from one scan to the next [µs].
+        """Set the time from one scan to the next [µs].
 
-        If a program without a task stands beside tasks, it runs in each scan, and the tasks run at
-        the scan that is nearest to their intervals. Otherwise nothing changes: `scan` counts ticks.
+        This time matters only if the project has both tasks and a program without a task. Such a
+        program runs in each scan, and each task runs in the scan that is nearest to its interval.
+        Otherwise `scan` counts ticks.
         """
 
     def read(self, path: str) -> Value:
@@ -137,15 +138,15 @@ class Program(Protocol):
         """Record the calls of some block types from now on; return None if the engine cannot.
 
         Args:
-            blocks: Block names in upper case. The value is the index, among the block's
-                VAR_IN_OUT, of a variable to record with the call, or None.
+            blocks: For each block, by upper-case name, the index among its VAR_IN_OUT of a variable
+                to record with each call, or None.
         """
 
     def snapshot(self) -> object:
         """Return the whole state, as a value that `restore` of the same program accepts."""
 
     def restore(self, snapshot: object) -> None:
-        """Return to a state that `snapshot` gave."""
+        """Restore a state that `snapshot` has returned."""
 
     def close(self) -> None:
         """Free the resources of the instance; it must not be used afterwards."""

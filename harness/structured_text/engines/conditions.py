@@ -47,7 +47,7 @@ class Condition:
         paths: The variables that it names.
         has_before: Whether it contains a `BEFORE(...)`.
         before_paths: The variables inside `BEFORE(...)`, in their order.
-        before: The values of these that `mark` saved; they can be set again.
+        before: The values that `mark` saved for these variables; the attribute can be set.
     """
 
     def __init__(self, text: str, program: Program, evaluator: _Evaluator) -> None:
@@ -63,7 +63,7 @@ class Condition:
         self.mark()
 
     def mark(self) -> None:
-        """Take the current values as those of `BEFORE(...)`."""
+        """Save the current values as the values of `BEFORE(...)`."""
         if self.has_before:
             self.before = self._look_then()
 
@@ -144,7 +144,7 @@ class _Evaluator:
         return f"Harness{kind}{list(self._kinds).index(path)}"
 
     def _replaced(self, one: re.Match[str]) -> str:
-        """Return the name of a generated variable for a path; any other token as it is."""
+        """Return the name of a generated variable for a path; return any other token unchanged."""
         path = one["then"] or one["path"]
         if path is None or (not one["then"] and not _is_path(self._running, path)):
             return one[0]

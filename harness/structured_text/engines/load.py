@@ -1,4 +1,4 @@
-"""The choice of the engine that runs a program; no other module chooses."""
+"""The choice of the engine that runs a program; no other module makes this choice."""
 
 from __future__ import annotations
 
@@ -58,10 +58,10 @@ def build(paths: Sequence[Path | str], engine: str = "auto") -> Built:
 
     Args:
         paths: The ST files, in any order.
-        engine: `matiec`, `builtin`, `strucpp` or `auto`. `auto` takes matiec if it and a C
-            compiler are found, the program is portable, and no known fault of matiec concerns it.
-            Else, or if coverage is counted, it takes the built-in engine, as for a program of a
-            tool that computes otherwise (`language.dialects`). STruC++ runs only if it is named.
+        engine: `matiec`, `builtin`, `strucpp` or `auto`. `auto` takes matiec if it and a C compiler
+            are found, the program is portable and in the plain dialect (`language.dialects`), no
+            known fault of matiec concerns it, and coverage is not counted. Otherwise it takes the
+            built-in engine. STruC++ runs only if it is named.
     """
     if engine not in ENGINES:
         raise InputError(f"there is no engine {engine!r}", hint=f"use {', '.join(ENGINES)}")
@@ -112,7 +112,7 @@ def _compiled(project: Project, engine: str) -> tuple[Program, str]:
 
 
 def _on_matiec(project: Project, engine: str, matiec: Matiec, compiler: str) -> tuple[Program, str]:
-    """Return the program on matiec; under `auto` on the built-in engine if matiec is not right."""
+    """Return the program on matiec; with `auto`, on the built-in engine if matiec is unsuitable."""
     from structured_text.engines.matiec import faults
     from structured_text.engines.matiec.program import MatiecProgram
 
@@ -134,12 +134,12 @@ def _on_matiec(project: Project, engine: str, matiec: Matiec, compiler: str) -> 
 
 def _elsewhere(rules: Dialect, engine: str) -> str:
     """Return a notice if an engine without dialects runs a program of another tool."""
-    return "" if rules.is_standard else f"{engine} does not compute in the dialect {rules.name}"
+    return "" if rules.is_matiec else f"{engine} does not compute in the dialect {rules.name}"
 
 
 def _only_here(project: Project, rules: Dialect) -> str:
     """Return the reason why matiec would compute something else than the program's tool."""
-    if not rules.is_standard:
+    if not rules.is_matiec:
         return f"matiec does not compute in the dialect {rules.name}"
     if project.free:
         first = project.free[0]

@@ -1,10 +1,10 @@
 """The abstraction of a running program: its state as bytes, and back.
 
 All variables that a program can name are stored unchanged, pins too. Each timer counts up to its
-own PT. Of the tables in `omitted` it uses tickets, numbers of scans, variables that are read only
-under a condition, and private variables of the library's blocks. A state contains the values
-themselves, so it means the same in every process with the program. Two states get the same bytes
-only if no later scan can distinguish them:
+own PT. The tables in `omitted` name the exceptions: tickets, numbers of scans, variables that are
+read only under a condition, and private variables of the library's blocks. A state contains values
+and no references, so it is valid in every process with the same program. Two states get the same
+bytes only if no later scan can distinguish them:
 
 * Tickets: blocks compare tickets with the channel's Serving, by differences modulo 65536, and
   count them up. Adding a number to all tickets of a channel therefore changes nothing else. In a
@@ -46,13 +46,13 @@ __all__ = ["NOW_US", "Abstraction", "Place", "Slot", "spoiling"]
 #: PLC time of every scan. Only the starts of the timers differ between states.
 NOW_US = 1_000_000_000
 
-#: The members of a channel that count.
+#: The members of a channel that count tickets.
 _TURNS = ("SERVING", "NEXTTICKET", "LOWEST")
 #: The tables of an unknown library.
 _NONE = Tables()
 _TIMERS = tuple(name for name in CLASSES if "start" in CLASSES[name].__slots__)
 _MEMORY = {"phase": ElementaryType("USINT")}
-#: Pins that the monitor of the contract reads, of any block.
+#: Pins that the monitor of the contract reads from every block.
 _JUDGED = {"EXECUTE", "ENABLE", "BUSY", "DONE", "VALID", "ACTIVE", "ERROR", "ERRORID"}
 _BYTES = (ElementaryType("BYTE"), ElementaryType("USINT"))
 #: The size code of a slot of variable size; and the version of `marshal` that encodes equal values
@@ -76,11 +76,11 @@ class Slot:
 
 
 class Place(NamedTuple):
-    """A structure or block, as the code of its variables needs it.
+    """A structure or block, with the properties that the code of its variables needs.
 
-    `name` is its name in that code, `owner` the type that contains it, and `channel` the one that
-    it works on. The last three are about its variables: those that are dropped, the conditions
-    under which others are read, and the channels of its jobs.
+    `name` is its name in that code, `owner` the type that contains it, and `channel` the channel
+    that it works on. `dropped` names its variables that are dropped. `conditions` gives the
+    conditions under which other variables are read, and `jobs` the channels of its jobs.
     """
 
     name: str
@@ -100,7 +100,7 @@ class Abstraction:
     The program is in its initial state; a timer counts every `tick_us`.
 
     Raises:
-        InputError: a variable of a type that states cannot hold, or more than one robot.
+        InputError: a variable of a type that states cannot hold, or more than one device.
     """
 
     #: Whether a state has slots of variable size after the numbers.
@@ -243,7 +243,7 @@ class Abstraction:
 
     def conditional(self, type_name: str, kept: Omitted) -> Mapping[str, str]:
         """Return the variables that are read only under a condition, by that condition."""
-        # Unread values of all other types can be passed on.
+        # Structures outside the core can be copied, so even a value that is not read has an effect.
         return kept.while_true if type_name.startswith(self.tables.core) else {}
 
     def _part(self, code: str, kind: Type, held: Any) -> None:

@@ -22,12 +22,12 @@ class Omitted:
     Attributes:
         dropped: Written before they are read, in every scan in which they are read.
         fixed: The same after every scan: constants, and requests that are cleared at its end.
-        flags: Words of which only "is it 0" has a later effect: the shown ErrorID.
+        flags: Words for which only zero or not zero has a later effect: the displayed ErrorID.
         while_true: Condition -> variables that are read only while it is true. The condition is
             Python, with `o` for the object itself and `robot` for the shared structure:
             `Tables.shared`.
         tickets: Ticket -> its channel, as `command`, `sequence` or `own`.
-        scans: Numbers of scans: that of the last one, or of an earlier one.
+        scans: Numbers of scans. A state stores only whether a number is that of the last scan.
     """
 
     dropped: str = ""
@@ -48,16 +48,16 @@ class Tables:
     Attributes:
         types: Variables that are not stored unchanged, by the name of the type.
         reference: A structure that a program has once: all blocks of one device refer to it.
-        variable: The program's name of that variable, which is stored only in part.
-        member: The member of it that conditions call `robot`.
+        variable: The name of this structure in a program; it is stored only in part.
+        member: The member of this structure that conditions call `robot`.
         shared: The type of this member.
         devices: The word for the devices, for a program with several such structures.
         unless: Members of `shared` that are dropped unless the program has a block.
-        channel: The structure of a channel, whose tickets count.
+        channel: The structure of a channel, which counts the tickets.
         job: The block that works on the channel that is passed to it.
         owners: Blocks whose job works on another channel than `sequence`.
         own: Blocks whose job works on a private channel.
-        clock: A block that restarts its timer in each scan, and reads the time since the last.
+        clock: A block that restarts its timer in each scan, and reads the time since the last scan.
         core: Prefixes of the names of blocks and structures that no program uses directly.
     """
 

@@ -1,4 +1,4 @@
-"""A breadth-first search of a world's reachable states; the first trace found is a shortest.
+"""A breadth-first search of a world's reachable states; it finds a shortest trace first.
 
 The steps from a state depend on nothing but the state and its number, so any process can take them
 (`shared`). This module merges their results strictly in the order of the states. Therefore the
@@ -52,7 +52,7 @@ class Broken:
     Attributes:
         rules: The rules that are broken in the last scan, in words.
         path: The choices from the start on; the last one leads into the broken scan.
-        quiet: For a hang: the environment in which some action never ends.
+        quiet: For a hang: identifies the environment in which some action never ends.
     """
 
     rules: tuple[str, ...]
@@ -72,7 +72,7 @@ class Result:
         complete: Every state is known; False if a rule was broken or a limit reached.
         cut: Scans that lead to a state outside the search.
         checked: Scans that were repeated to check the abstraction.
-        bounds: Most scans until all is quiet, for each quiet environment.
+        bounds: Highest number of scans until all actions have ended, by title of the environment.
         broken: The first rule that is broken.
     """
 

@@ -15,7 +15,7 @@ _NAMED = 3
 
 
 def missing(part: Part, why: str, *, of: str = "", at: s.Position | None = None) -> Missing:
-    """Return the report that a part is not supported, or an item `of` it declared at a place."""
+    """Return the report that a part, or its item `of` declared at a place, is not supported."""
     what = f"{part.kind} {part.name}"
     what = f"{of} of {what}" if of else what
     return Missing(what, why, part.file, (at or part.node.at).line)
@@ -43,7 +43,7 @@ def reaching_out(node: s.Pou, tool: str) -> str:
     ]
     if not found:
         return ""
-    return f"has global or located variables ({_listed(found)}); make it again in {tool}"
+    return f"has global or located variables ({_listed(found)}); declare it again in {tool}"
 
 
 def retain(part: Part) -> set[str]:

@@ -83,7 +83,7 @@ Order:
 
 _NOTES = {
     "image": "there is no type for a byte, so make it of words.",
-    "times": "On FX5, look up how long a time TON takes.",
+    "times": "On FX5, check the longest time that TON accepts.",
 }
 
 

@@ -1,8 +1,8 @@
 """The result of an export, and how it is written without damage to existing files.
 
-A folder of an export contains a record with a hash of each file. A later export reads it, so that
-it replaces only files that an export wrote and nobody changed. A single file has a mark at its head
-instead.
+A folder of an export contains a record with a hash of each file. A later export reads it, and
+replaces only files that are unchanged since an export wrote them. A single file has a mark at its
+head instead.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Missing:
         what: Its kind and name.
         why: What is missing, or what to do instead.
         file: The file that declares it.
-        replaced: It belongs to the library, and other blocks of the library replace it.
+        replaced: Whether it belongs to the library and other blocks of the library replace it.
     """
 
     what: str
@@ -72,7 +72,7 @@ class Written:
     Attributes:
         files: The files written, without the record.
         removed: Files of an earlier export that this one no longer has.
-        kept: Such files that were changed since and therefore not removed.
+        kept: Files of an earlier export that were changed since, and are therefore not removed.
     """
 
     files: list[Path]

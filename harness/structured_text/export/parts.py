@@ -50,7 +50,7 @@ class Part:
         line: The line of the file where the body begins.
         node: Its syntax tree.
         notes: Comments of its variables, fields, enumeration members, tasks and instances by
-            upper-case name; the key "" has the comments of none of them that are not in the header.
+            upper-case name; the key "" has all other comments, except for the header.
     """
 
     kind: str

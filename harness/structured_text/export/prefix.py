@@ -38,7 +38,7 @@ class Renaming:
     texts: Mapping[Path, str] = field(default_factory=dict)
 
     def said(self, text: str) -> str:
-        """Return a text for people with the new names in it."""
+        """Return a text, such as a note for users, with the new names."""
         return _said(text, self.prefixes)
 
 
@@ -46,9 +46,9 @@ def renaming(files: SourceFiles, prefix: str) -> Renaming:
     """Give the library's names a prefix, in the library and where the user's program uses them.
 
     A name that the user declares is the user's own in all of the user's files. A name that already
-    begins with the prefix stays. If the prefix would turn another name into such a name, it is
-    written twice. Raise InputError if a name cannot begin with the prefix, or a new name is already
-    in use.
+    begins with the prefix stays. If the prefix would turn another name into such a name, the prefix
+    is written twice. Raise InputError if a name cannot begin with the prefix, or a new name is
+    already in use.
     """
     if not _LEGAL.fullmatch(prefix):
         raise InputError(
@@ -189,7 +189,7 @@ def _uses(declaration: s.TypeDecl | s.Pou | s.Configuration, names: _Names) -> I
 
 
 def _named(node: Any) -> Iterable[s.Name]:
-    """Return the types and POUs that a node of syntax names besides its parts."""
+    """Return the names of types and POUs that a syntax node contains outside of its child nodes."""
     if isinstance(node, s.NamedSpec):
         return (node.name,)
     if isinstance(node, s.Call):

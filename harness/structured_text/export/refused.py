@@ -44,7 +44,7 @@ class Tool:
         refuses: Constructs that it refuses, with the source.
         own: Endings of its own files, in lower case; constructs in these files are not checked.
         instead: What to write instead of a construct, if that differs from the general advice.
-        note: How it differs, if the export writes the same another way; or empty.
+        note: The difference, if the export writes the same in another form; else empty.
     """
 
     title: str

@@ -192,7 +192,7 @@ class _Writer:
                     [
                         f'FUNCTION_BLOCK "{name}"',
                         "{ S7_Optimized_Access := 'TRUE' }\nVERSION : 0.1",
-                        f"// {name}: the flip-flop {key} of IEC 61131-3, which SCL has not.",
+                        f"// {name}: the flip-flop {key} of IEC 61131-3, which SCL lacks.",
                         f"   VAR_INPUT\n      {first} : BOOL;\n      {second} : BOOL;\n   END_VAR",
                         "   VAR_OUTPUT\n      Q1 : BOOL;\n   END_VAR",
                         f"BEGIN\n  #Q1 := {value};\nEND_FUNCTION_BLOCK",

@@ -91,7 +91,7 @@ class Starts:
             of, kind = f"{section.kind} {name.text}", symbol.type
             keeps = section.kind in ("VAR", "VAR_INPUT", "VAR_OUTPUT") and node.kind != "FUNCTION"
             if section.qualifier == "RETAIN" and keeps and not self.kept(section, symbol):
-                why = "RETAIN: it begins anew when power was off"
+                why = "RETAIN is not exported: a power loss resets it"
                 yield missing(part, why, of=of, at=name.at)
             given = node.kind == "FUNCTION" and section.kind == "VAR_INPUT"
             if isinstance(kind, BlockType) or section.kind == "VAR_IN_OUT" or given:
@@ -105,7 +105,7 @@ class Starts:
                 why = "its initial value: set it where you call the block"
                 yield missing(part, why, of=of, at=name.at)
             elif count > _MOST:
-                why = f"its initial value: {count} statements would set it, {_MOST} at most"
+                why = f"its initial value needs {count} statements, and the limit is {_MOST}"
                 yield missing(part, why, of=of, at=name.at)
 
     def _once(self, node: s.Pou) -> dict[str, tuple[bool, list[str]]]:

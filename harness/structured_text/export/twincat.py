@@ -107,7 +107,7 @@ def _globals(part: Part) -> str:
 
 
 def _retained(text: str, part: Part) -> str:
-    """Return a head without NON_RETAIN, which TwinCAT lacks; variables are so by default."""
+    """Return a head without NON_RETAIN, which TwinCAT lacks and which is its default."""
     for one in reversed([one for one in tokens(text, part.file) if one.type == "NON_RETAIN"]):
         at = one.start_pos or 0
         text = f"{text[:at].rstrip(' ')}{text[at + len(one) :]}"
@@ -127,7 +127,7 @@ def _dut(part: Part) -> str:
 
 
 def _object(kind: str, part: Part, declaration: str, body: tuple[str, str] = ("", "")) -> str:
-    """Return the file of an object; `body` is what only a POU has."""
+    """Return the file of an object; `body` contains the parts that only a POU has."""
     return _OBJECT.format(
         kind=kind,
         name=quoteattr(part.name),

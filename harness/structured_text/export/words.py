@@ -57,7 +57,8 @@ class Form:
 
     Attributes:
         name: Its name; for an operator, its sign.
-        parameters: Names in the tool. A name that is written ends in `:=`; `...` stands for more.
+        parameters: Names in the tool. A name with `:=` is written in calls; `...` stands for more
+            parameters.
     """
 
     name: str
@@ -178,10 +179,10 @@ class Words:
         if types is not None and "STRING" in types:
             return "texts of numbers differ from tool to tool; write your own"
         if types is not None:
-            return "what it counts in, or whether it is there, differs from tool to tool"
+            return "its unit differs from tool to tool, and some tools do not have it"
         if name.startswith(("CTU", "CTD")):
             return "count with R_TRIG and an addition"
-        return "write it with what the list has" if what == "function" else "write it otherwise"
+        return "use functions that are on the list" if what == "function" else "write it otherwise"
 
 
 @cache
@@ -237,7 +238,7 @@ def unwritten(
 
 
 def blocks_of(part: Part) -> set[str]:
-    """Return the standard blocks of which a part has instances."""
+    """Return the standard blocks that a part declares instances of."""
     used = () if isinstance(part.node, s.Configuration) else _used(part.node, ())
     return {name for what, name, _ in used if what == "block"}
 

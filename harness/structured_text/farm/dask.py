@@ -1,9 +1,8 @@
 """Workers of a dask.distributed cluster; imported only if a cluster is used.
 
 A plugin takes the pickled work to each worker. An item is a dask task of the function `_one`.
-Before
-each item the worker compares its fingerprint with ours, because workers may join at any time. Dask
-repeats a task if its worker ends; if that happens too often, it reports `KilledWorker`.
+Before each item the worker compares its fingerprint with ours, because workers may join at any
+time. Dask repeats a task if its worker ends; if that happens too often, it reports `KilledWorker`.
 """
 
 from __future__ import annotations
@@ -193,7 +192,7 @@ class ClusterCrew:
         for address, one in client.run(self._cluster.fingerprint, on_error="return").items():
             if isinstance(one, Exception):
                 raise _other(
-                    f"the worker {address}", f"it has another version of {DISTRIBUTION} ({one})"
+                    f"the worker {address}", f"it has a different version of {DISTRIBUTION} ({one})"
                 )
             if differ := differences(self._of, one):
                 raise _other(f"the worker {address}", differ)
@@ -261,7 +260,9 @@ def _connected(cluster: Cluster) -> Client:
                 cluster.address, security=security, timeout=cluster.patience_s, set_as_default=False
             )
     except (TimeoutError, asyncio.TimeoutError):  # two classes before Python 3.11
-        raise _not_there(cluster, "who listens there does not answer as one") from None
+        raise _not_there(
+            cluster, "the program at this address does not answer like a scheduler"
+        ) from None
     except (OSError, ValueError, TypeError, RuntimeError, ImportError) as error:
         raise _not_there(cluster, _words(error)) from None
 

@@ -34,7 +34,7 @@ AHEAD = 64
 
 
 class NotYet:
-    """The type of `NOT_YET`: no item is available now, but later results may give some."""
+    """The type of `NOT_YET`: no item is available now, but later results may provide some."""
 
 
 NOT_YET: Final = NotYet()
@@ -107,7 +107,8 @@ class Farm:
     ) -> Generator[tuple[Item, Result], None, None]:
         """Yield each item with its result, in the order of the items, as early as possible.
 
-        Closing the iterator ends the items in progress. An error of an item is raised in its turn.
+        Closing the iterator ends the items in progress. An error of an item is raised at its place
+        in this order.
 
         Args:
             work: A function of one item, or an object whose `prepare()` returns that function; it
@@ -303,7 +304,7 @@ class _Turns:
             return None
         for number, item in self._new if self._more else ():
             if item is NOT_YET:
-                assert self._under_way, "nothing is under way that could give an item"
+                assert self._under_way, "NOT_YET without an item in progress"
                 return None
             self._items[number] = self._taken, item
             self._taken += 1

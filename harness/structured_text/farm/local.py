@@ -1,7 +1,7 @@
 """Workers that are processes of this computer.
 
-Each worker has a pipe: items go in, pickled `Done` objects come out. The end of a pipe means the
-end of its worker: the first of its items has died, the others were not begun.
+Each worker has a pipe: items go in, pickled `Done` objects come out. If a pipe ends, its worker has
+ended: the first of its items has failed, the others were not begun.
 """
 
 from __future__ import annotations

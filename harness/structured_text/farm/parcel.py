@@ -1,4 +1,4 @@
-"""The user's files on their way to workers, which may have other disks."""
+"""Copies of the user's files for workers, which may run on computers without these files."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def _names(files: Iterable[Path]) -> list[str]:
     try:
         common = os.path.commonpath([path.parent for path in paths])
         return [path.relative_to(common).as_posix() for path in paths]
-    except ValueError:  # no files, or several drives
+    except ValueError:  # no common folder: no files, or several drives
         return [path.as_posix().replace(":", "").lstrip("/") for path in paths]
 
 

@@ -114,7 +114,10 @@ def _rescued(file: Path) -> str:
     if not any(found and {"key", "result"} == found.keys() for found in map(read_entry, others)):
         return ""  # not a file of results
     aside = move_aside(file)
-    return f"{file}: its first line is damaged; the file is now {aside}, and all is done again"
+    return (
+        f"{file}: its first line is damaged; the file is now {aside}, "
+        "and all results are computed again"
+    )
 
 
 def _first_line(file: Path) -> dict[str, Any] | None:

@@ -74,7 +74,7 @@ class Lost(Generic[Item]):
 
 @dataclass(frozen=True)
 class Done:
-    """A result, or an error in its place."""
+    """The result of an item, or the error that the item raised."""
 
     result: Any = None
     error: Exception | None = None

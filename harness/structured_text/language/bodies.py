@@ -203,7 +203,7 @@ class _Statements:
             raise self._scope.error(f"{describe(target.type)} takes no arguments", node.at)
         instance = t.Deref(target, kind)
         calls = start_of(kind, instance, given or (), node.at, self._expressions)
-        made = t.Same("<>", target, t.Null(target.type), BOOL)  # 0 if there is no memory
+        made = t.Same("<>", target, t.Null(target.type), BOOL)  # 0 without memory
         return [*found, t.If(((made, tuple(calls)),), (), node.at)]
 
     def _enabled(self, node: s.Assign | s.CallStatement) -> list[t.Statement] | None:
@@ -243,7 +243,7 @@ class _Statements:
         return [self._assign(argument.value, literal, argument.at)]
 
     def _pins(self, call: s.Call | s.Invoke | s.CallStatement) -> frozenset[str]:
-        """Return the upper-case names of the variables of what is called."""
+        """Return the upper-case names of the variables of the called block, method or function."""
         callee = call.function if isinstance(call, s.Call) else call.callee
         callee = self._expressions.methods.bare(callee)
         method = self._expressions.methods.called(callee)
@@ -448,7 +448,7 @@ class _Statements:
         counter = self._target(node.counter)
         kind = counter.type
         if isinstance(kind, EnumType) and isinstance(counter, (t.Use, t.Member, t.Index, t.Deref)):
-            # The loop counts the number; no other node says that the variable holds a member.
+            # The loop counts the number. No other node shows that the variable holds a member.
             self._scope.note("an enumeration as a number", node.counter.at)
             kind = ELEMENTARY[kind.base]
             counter = replace(counter, type=kind)
@@ -468,7 +468,7 @@ class _Statements:
         return t.For(counter, start, end, step, self._loop(node.body), node.at)
 
     def _start(self, node: s.Expression, kind: Type) -> t.Expression:
-        """Return the start of a FOR. SIMATIC AX converts one of a wider type without a word."""
+        """Return the start of a FOR. SIMATIC AX silently converts a value of a wider type."""
         found = self._expressions.infer(node)
         wider = found != kind and type_name(found) in ANY_INT and type_name(kind) in ANY_INT
         if self._scope.registry.dialect.name != "ax" or not wider:

@@ -16,7 +16,7 @@ from structured_text.language.constructs import Use
 __all__ = ["Statements", "name_of", "nodes_of", "position_of"]
 
 _OPERATORS = {"&": "AND"}
-#: The operators by precedence, the weakest first. Those of a line are left-associative.
+#: The operators by precedence, the weakest first. All operators are left-associative.
 _RANKS = (
     ("OR", "OR_ELSE"),
     ("XOR",),
@@ -111,7 +111,7 @@ class Statements(Transformer[Token, Any]):
     def attempt(
         self, target: s.Variable, _op: Token, value: s.Expression, _end: Token
     ) -> s.CallStatement:
-        """Return `target ?= value` as the question for the interface of the target."""
+        """Return `target ?= value` as a query for the interface of the target."""
         self.note("?=", target.at)
         arguments = tuple(s.Argument(None, one, False, one.at) for one in (value, target))
         return s.CallStatement(s.Name("__QUERYINTERFACE", target.at), arguments, target.at)
@@ -151,8 +151,9 @@ class Statements(Transformer[Token, Any]):
         branches = nodes_of(rest, s.CaseBranch)
         if any(_is_text(label) for branch in branches for label in branch.labels):
             self.note("a CASE of texts", position_of(word))
-            if isinstance(selector, (s.Call, s.Invoke)):  # each label would call it once more
-                text, hint = "a CASE of texts needs a variable", "assign the result to one first"
+            if isinstance(selector, (s.Call, s.Invoke)):  # each label would call it again
+                text = "a CASE of texts needs a variable"
+                hint = "assign the result to a variable first"
                 at = position_of(word)
                 self.errors.append(
                     InputError(text, file=self.file, line=at.line, column=at.column, hint=hint)

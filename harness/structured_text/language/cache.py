@@ -1,6 +1,6 @@
 """The caches for results of compilation: in this process, and in a folder of the user.
 
-The folder is that of the distribution in the system's cache folder, `~/.cache` on Linux, or in
+The distribution has a folder in the system's cache folder, which is `~/.cache` on Linux, or
 `XDG_CACHE_HOME`. `RCX_CACHE=off` switches it off. Entries are written under a temporary name and
 renamed, so that several processes may work at the same time.
 
@@ -182,7 +182,7 @@ def is_lasting(paths: Sequence[Path]) -> bool:
 
 @lru_cache(maxsize=1024)
 def _is_in(folder: Path, other: str) -> bool:
-    """Return whether a folder is another one or below it, after following links."""
+    """Return whether a folder is another folder or below it; links are followed."""
     found, wanted = real(folder), real(other)
     return wanted in (found, *found.parents)
 

@@ -45,7 +45,7 @@ def function_arguments(
     every = [*pins, *outputs.values()]
     unnamed = [one for one in node.arguments if one.name is None]
     are_named(node, scope)
-    # matiec accepts a call without arguments, and `EN := TRUE` alone has been taken away.
+    # matiec accepts a call without arguments, and a single `EN := TRUE` has been removed before.
     empty = pins and not node.arguments and scope.registry.dialect.name != "openplc"
     if len(unnamed) > len(every) or empty:
         message = f"{pou.name} takes {len(pins)} arguments, not {len(node.arguments)}"
@@ -206,8 +206,8 @@ def enabling(
 ) -> dict[str, s.Argument]:
     """Return the arguments EN and ENO of a call by their name.
 
-    `own` are the upper-case names of the variables of what is called. One that is called EN or ENO
-    is an ordinary pin.
+    `own` are the upper-case names of the callee's variables. If EN or ENO is among them, it is an
+    ordinary pin.
 
     Raises:
         InputError: `EN =>`, `ENO :=`, or one of them twice.
@@ -243,7 +243,7 @@ def without_true(node: s.Call, own: Collection[str]) -> s.Call:
 def refuse_enabling(node: s.Call | s.Invoke, own: Collection[str], scope: Scope) -> None:
     """Raise InputError if a call that is not a statement of its own has EN or ENO.
 
-    If EN is FALSE, such a call has no value, and each tool continues with another one.
+    If EN is FALSE, such a call has no value, and each tool continues with a different value.
     """
     for argument in enabling(node, own, scope).values():
         assert argument.name is not None
@@ -264,6 +264,6 @@ def _no_pin(block: BlockType, name: s.Name, pins: list[Variable], scope: Scope) 
 
 
 def pin_of(block: BlockType, name: str) -> Variable | None:
-    """Return the variable of a block by its name, without case; None without it."""
+    """Return the variable of a block by its name, without case; None if there is none."""
     key = pin_name(block, name)
     return next((pin for pin in block.variables if pin.name.upper() == key), None)

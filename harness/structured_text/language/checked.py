@@ -23,7 +23,7 @@ def analysed(
     errors: list[InputError] = []
 
     def made() -> Project:
-        from structured_text.language.load import analyse  # its import is a tenth of the start-up
+        from structured_text.language.load import analyse  # slow to import
 
         project, found = analyse(paths, most=most)
         errors.extend(found)

@@ -26,7 +26,7 @@ class Operating(Protocol):
     """The part of `operators.Operators` that other modules use."""
 
     def number(self, kind: Type) -> Type:
-        """Return the numeric type in which a value is calculated with."""
+        """Return the numeric type that calculations use for a value."""
 
     def common(self, one: Type, other: Type, op: str = "") -> Type:
         """Return the type that both operands are converted to."""
@@ -41,7 +41,7 @@ class Referring(Protocol):
     """The interface of `references.References` for other modules."""
 
     def followed(self, found: t.Variable) -> t.Variable:
-        """Return the target of a reference; any other variable as it is."""
+        """Return the target of a reference; return any other variable unchanged."""
 
     def wanted(self, node: s.Expression, want: ReferenceType | InterfaceType) -> t.Expression:
         """Type an expression at a place that requires a pointer, reference or interface."""
@@ -92,7 +92,7 @@ class Checking(Protocol):
         """Type a variable, member or element; a reference becomes its target."""
 
     def place(self, node: s.Variable) -> t.Variable:
-        """Type a variable, member or element; a reference stays the reference itself."""
+        """Type a variable, member or element; a reference remains a reference."""
 
     def base(self, node: s.Variable | s.Call | s.Invoke) -> t.Variable:
         """Type the base of a member, element or method."""

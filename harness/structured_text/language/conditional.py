@@ -1,7 +1,7 @@
 """Conditional compilation: the pragmas {IF}, {ELSIF}, {ELSE}, {END_IF}, {define} and {undefine}.
 
-The lexer asks `Conditions` for each of these pragmas where the text continues. A name is defined
-from its `{define Name}` to the end of the file. Conditions on declarations, such as
+For each of these pragmas, `Conditions` returns the offset at which the lexer continues. A name is
+defined from its `{define Name}` to the end of the file. Conditions on declarations, such as
 `defined (variable: x)`, are not supported, because the declarations are not read yet.
 
 Source: help of CODESYS and TwinCAT, conditional pragmas.
@@ -16,7 +16,7 @@ __all__ = ["PRAGMA", "ConditionError", "Conditions"]
 
 #: The content of a pragma of conditional compilation: its word, and the rest.
 PRAGMA = re.compile(r"(IF|ELSIF|ELSE|END_IF|DEFINE|UNDEFINE)\b\s*(.*)", re.IGNORECASE | re.DOTALL)
-#: What is skipped as a whole on the way to the next pragma, and pragmas.
+#: Matches a comment or a string literal, which is skipped, or a pragma.
 _PART = re.compile(
     r"\(\*.*?\*\)|//[^\n]*|/\*.*?\*/|'(?:\$.|[^$'\n])*'|\"(?:\$.|[^$\"\n])*\"|\{([^}]*)\}",
     re.DOTALL,
@@ -37,7 +37,7 @@ class Conditions:
     """The definitions and open conditions at a place of a source.
 
     Args:
-        note: Is called with the names that decide a condition and are not defined.
+        note: A function that gets the undefined names that decide a condition.
     """
 
     def __init__(self, note: Callable[[str], None]) -> None:
@@ -48,7 +48,7 @@ class Conditions:
 
     @property
     def unclosed(self) -> int | None:
-        """Return the offset of the last {IF} without {END_IF}; None without one."""
+        """Return the offset of the last {IF} without {END_IF}; None if there is none."""
         return self._open[-1][0] if self._open else None
 
     def behind(self, word: str, rest: str, offset: int, end: int, text: str) -> int:

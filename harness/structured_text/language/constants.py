@@ -195,7 +195,7 @@ def constant(
     if isinstance(node, s.Name) and isinstance(kind, EnumType):
         if node.key in (one.upper() for one in kind.members):
             return member(kind, node, where)
-        if lookup(node) is None:  # a variable is assigned at the start
+        if lookup(node) is None:  # not a constant: the variable is assigned at the start
             return _member_or_variable(kind, node, where)
     found = evaluate(node, types, where, lookup, detail)
     if isinstance(kind, EnumType) and _is_number_of(found, kind):

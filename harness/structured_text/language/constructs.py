@@ -16,19 +16,19 @@ from structured_text.language.syntax import Position
 
 __all__ = ["CONSTRUCTS", "TRANSLATED", "Use", "refuse"]
 
-#: Constructs that leave nothing in the checked tree that `prove` does not support: their names, and
-#: what to write instead in a portable program. `prove` itself refuses the types, conversions and
+#: Constructs that the checker translates to nodes which `prove` supports: their names, and what to
+#: write instead in a portable program. `prove` itself refuses the types, conversions and
 #: functions that it does not support.
 _TRANSLATED = {
     "a comment with // or /* */": "write (* ... *)",
-    "a comment inside a comment": "end the outer one first",
+    "a comment inside a comment": "end the outer comment first",
     "a keyword in another spelling": "write FUNCTION_BLOCK",
     "an access specifier": "leave it out",
     "VAR_IN_OUT CONSTANT": "use VAR_INPUT",
-    "a pragma": "remove what is in { }",
+    "a pragma": "remove it",
     "a REGION": "use a comment",
     "an empty statement": "remove the ;",
-    "an empty branch": "leave the branch out, or turn the condition round",
+    "an empty branch": "leave the branch out, or invert the condition",
     "no ; after END": "write END_IF; and END_STRUCT; with semicolon",
     "no END of a POU": "write END_PROGRAM, END_FUNCTION_BLOCK or END_FUNCTION",
     "a ; behind the name of a POU": "remove the ;",
@@ -61,12 +61,12 @@ _TRANSLATED = {
     "an implicit conversion": "call the conversion",
     "arithmetic of bit strings": "convert to integers first",
     "a bitwise operation of integers": "convert to bit strings first",
-    "the negative of an unsigned integer": "convert to a signed one first",
+    "the negative of an unsigned integer": "convert to a signed integer first",
     "a standard function with another meaning": "choose another name",
     "a number times a duration": "write the duration first",
     "a type of the third edition": "use a type of the second edition",
     "a standard block of the third edition": "use a block of the second edition",
-    "a standard function beyond the second edition": "use one of the second edition",
+    "a standard function beyond the second edition": "use a function of the second edition",
     "a standard function of dates or BCD": "use operators, or calculate it",
     "a number with 10#": "leave 10# out",
     "a text over several lines": "write $N for each line end",
@@ -148,7 +148,7 @@ CONSTRUCTS = _TRANSLATED | {
     "a VAR_IN_OUT read outside of its block": "read the variable that the call passes",
     "a function of memory": "assign or compare the variables",
     "__TRY": "test values before they are used",
-    "an LTIME of more than 292 years": "use a shorter one",
+    "an LTIME of more than 292 years": "use a shorter duration",
     "an assignment in an expression": "assign in a statement before",
     "AND_THEN or OR_ELSE": "use IF inside IF",
     "a member of a call's result": "assign the result to a variable first",
@@ -159,7 +159,7 @@ CONSTRUCTS = _TRANSLATED | {
 #: Advice on the construct to write instead, if a detail of a construct needs other advice.
 _DETAILS = {
     "a constant instead of a literal (a member of an enumeration)": (
-        "declare what it is compared with, or assigned to, as that enumeration"
+        "declare the other operand, or the target, as that enumeration"
     ),
 }
 

@@ -58,7 +58,7 @@ _ALSO = {
 }
 _ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d+(?:\.\d+)*)", re.IGNORECASE)
 _ADDRESS_BITS = {"": 1, "X": 1, "B": 8, "W": 16, "D": 32, "L": 64}
-#: Joint between the name of a list and of a global, if two lists have the same variable.
+#: Separator between the names of a list and a global, if two lists have the same variable.
 _JOINT = "__"
 
 
@@ -384,7 +384,7 @@ class Declarations(Types):
 
     @staticmethod
     def _access(section: s.Section, where: Declared) -> str:
-        """Return who may use the variables of a section: PRIVATE, PROTECTED, or empty for all.
+        """Return the access to the variables of a section: PRIVATE, PROTECTED, or empty for all.
 
         A VAR of a CLASS is PROTECTED unless it says otherwise (IEC 61131-3, edition 3, 6.6.5).
         """

@@ -1,8 +1,8 @@
-"""Dialects: what a program computes where PLC tools differ, from the table `dialects.toml`.
+"""Dialects: the rules of computation in which PLC tools differ, from the table `dialects.toml`.
 
-The paths of the sources say the dialect (`source.in_dialect`), because a program, its copies and
-its library travel as paths through all commands. The environment variable, which `--dialect` sets,
-counts for paths that say none.
+The paths of the sources contain the dialect (`source.in_dialect`), because all commands pass a
+program, its copies and its library as paths. For other paths the environment variable decides,
+which `--dialect` sets.
 """
 
 from __future__ import annotations
@@ -18,10 +18,23 @@ from typing import Any
 from structured_text.errors import InputError, near
 from structured_text.output.toml_files import load_toml
 
-__all__ = ["IEC", "Dialect", "Row", "chosen", "dialect_of", "dialects", "rows", "rules_of", "using"]
+__all__ = [
+    "IEC",
+    "MATIEC",
+    "Dialect",
+    "Row",
+    "chosen",
+    "dialect_of",
+    "dialects",
+    "rows",
+    "rules_of",
+    "using",
+]
 
 #: Name of the dialect of plain Structured Text.
 IEC = "iec"
+#: Name of the dialect of the tools that compile with matiec.
+MATIEC = "openplc"
 #: The table of all differences.
 TABLE = Path(__file__).with_name("dialects.toml")
 #: The environment variable for the dialect of sources that say none.
@@ -38,8 +51,8 @@ class Row:
         tools: Names of dialects.
         value: The answer, as the code reads it.
         meaning: The answer in words.
-        source: Where the tool's maker says so.
-        also: What is the same for all tools.
+        source: The document of the tool's maker that states it.
+        also: Facts that are the same for all tools.
     """
 
     rule: str
@@ -63,6 +76,7 @@ class Dialect:
         operands: `needed` or `both`.
         integers: `own` or `dint`.
         text: Number of characters of a plain STRING.
+        notation: `digits` or `short`, the texts of the conversions to STRING.
         real_by_zero: `stop` or `infinite`.
         root: `stop`, `nan` or `absolute`.
         pace: `scan`.
@@ -76,6 +90,7 @@ class Dialect:
     operands: str
     integers: str
     text: int
+    notation: str
     real_by_zero: str
     root: str
     pace: str
@@ -90,8 +105,19 @@ class Dialect:
     @property
     def is_standard(self) -> bool:
         """Return whether it computes as the dialect of plain Structured Text does."""
-        mine, standard = vars(self), vars(rules_of(IEC))
-        return all(mine[one] == standard[one] for one in mine if one not in ("name", "title"))
+        return self._is_like(IEC, "name", "title")
+
+    @property
+    def is_matiec(self) -> bool:
+        """Return whether matiec follows this dialect, apart from its known faults.
+
+        The rule for counters is one of these faults (`engines/matiec/faults.toml`).
+        """
+        return self._is_like(MATIEC, "name", "title", "counters")
+
+    def _is_like(self, other: str, *without: str) -> bool:
+        mine, theirs = vars(self), vars(rules_of(other))
+        return all(mine[field] == theirs[field] for field in mine if field not in without)
 
 
 @lru_cache(maxsize=1)
@@ -167,9 +193,10 @@ def using(name: str | None) -> Iterator[None]:
 
 
 def dialect_of(paths: Iterable[Path]) -> str:
-    """Return the dialect of a program: that of the first source that says one.
+    """Return the dialect of a program.
 
-    If none does, it is the chosen one, and otherwise that of plain Structured Text.
+    It is the dialect of the first source that has one, else the chosen dialect, else that of plain
+    Structured Text.
     """
     said = (getattr(path, "dialect", "") for path in paths)
     return next(filter(None, said), "") or chosen() or IEC

@@ -90,7 +90,7 @@ def check_watched(watched: Mapping[str, Type]) -> None:
 
 
 def parts(path: str, kind: Type, way: tuple[str | int, ...] = ()) -> Iterator[Part]:
-    """Yield the plain variables in a variable; a plain one yields itself."""
+    """Yield the plain variables in a variable; a plain variable yields itself."""
     if isinstance(kind, (StructType, BlockType)):
         for name, member in members(kind):
             yield from parts(f"{path}.{name}", member, (*way, name))

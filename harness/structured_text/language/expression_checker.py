@@ -98,7 +98,7 @@ class ExpressionChecker:
         return self.references.followed(self.place(node))
 
     def place(self, node: s.Variable) -> t.Variable:
-        """Type a variable, member or element; a reference stays the reference itself."""
+        """Type a variable, member or element; a reference remains a reference."""
         if isinstance(node, s.Name):
             symbol = self.scope.symbol(node.key)
             if symbol is not None:
@@ -293,7 +293,11 @@ class ExpressionChecker:
         if "_INIT_DONE" in (self.scope.block or self.scope.pou).symbols:
             hint = "name its .var file, too, or the folder of the task"
             return self.scope.error(f"{node.text} is not declared", node.at, hint)
-        symbols = [symbol.name for symbol in self.scope.pou.symbols.values()]
+        pou = self.scope.pou
+        if pou.name.upper().rpartition(".")[2] == node.key and pou.kind in ("FUNCTION", "METHOD"):
+            text = f"the {pou.kind} {node.text} has no result"
+            return self.scope.error(text, node.at, f"write {pou.kind} {node.text} : and its type")
+        symbols = [symbol.name for symbol in pou.symbols.values()]
         return self.scope.error(f"{node.text} is not declared", node.at, _near(node.key, symbols))
 
     def _after_call(self, block: t.Pou, pin: Variable, node: s.Field) -> str | None:
@@ -617,7 +621,7 @@ class ExpressionChecker:
 
 
 def _near(key: str, names: Iterable[str]) -> str:
-    """Return a hint with names similar to an upper-case name; empty without any."""
+    """Return a hint with names similar to an upper-case name; empty if there are none."""
     known = {name.upper(): name for name in names}
     close = difflib.get_close_matches(key, known, n=2)
     return f"did you mean {' or '.join(known[name] for name in close)}?" if close else ""

@@ -52,7 +52,7 @@ class Extents:
         self._made = 0
 
     def check(self, kind: Type, name: str, where: Declared, at: Position) -> None:
-        """Raise InputError if a variable of a type is larger than a program may be.
+        """Raise InputError if a single variable of a type exceeds the limit of a program.
 
         The parts of the type have been checked.
         """
@@ -69,7 +69,7 @@ class Extents:
         self._refused[id(block)] = block
 
     def check_all(self, blocks: Iterable[Type], symbols: Iterable[Symbol], where: Declared) -> None:
-        """Raise InputError if all variables of a program are too many together."""
+        """Raise InputError if a program has too many variables in all."""
         stored = (one.type for one in symbols if one.section not in _ELSEWHERE)
         _check(self._whole([*blocks, *stored]), "the program", where, where.node.at)
 

@@ -59,6 +59,12 @@ class Fitting:
                 return self.converted(found, want)
             name = f"{have.name}_TO_{want.name}"
             hint = f"convert it with {name}" if convertible(have.name, want.name) else ""
+        if (
+            isinstance(node, s.Assigned)
+            and isinstance(want, ElementaryType)
+            and want.name == "BOOL"
+        ):
+            raise self._scope.error(":= assigns, and does not compare", node.at, "write =")
         raise self._scope.error(
             f"a {describe(want)} is expected here, not a {describe(have)}", node.at, hint
         )
@@ -119,7 +125,7 @@ class Fitting:
 
     @staticmethod
     def based(found: t.Expression) -> t.Expression:
-        """Return an enumeration as a number of its base type; any other value as it is."""
+        """Return an enumeration as a number of its base type; return any other value unchanged."""
         if not isinstance(found.type, EnumType):
             return found
         base = ELEMENTARY[found.type.base]

@@ -1,6 +1,6 @@
 """Sources that are not Structured Text of IEC 61131-3, and words that have no meaning in it.
 
-Each gives one message in place of many about its parts.
+Each of them is reported with a single message, instead of many about its parts.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from pathlib import Path
 from lark import Token
 
 from structured_text.errors import InputError
+from structured_text.language.lexer import KEYWORDS
 
 __all__ = ["LABELS", "corrected", "not_structured_text", "one_for_all"]
 
@@ -22,6 +23,7 @@ _SCL_QUOTED = frozenset(("FUNCTION_BLOCK", "FUNCTION", "TYPE", *_SCL_ONLY))
 _SCL_ENDING = {"DATA_BLOCK": ".db", "TYPE": ".udt"}
 #: Words of other languages, and what to write in Structured Text.
 _MISSPELT = {
+    "BREAK": "EXIT",
     "ELSEIF": "ELSIF",
     "ELIF": "ELSIF",
     "ENDIF": "END_IF",
@@ -61,7 +63,59 @@ def corrected(found: list[Token], file: Path, report: Callable[[InputError], Non
 
     The rest of the source is then read without further errors about these words.
     """
-    return [_right(found, at, file, report) for at in range(len(found))]
+    joined = _joined(found, file, report)
+    named = _named(joined, file, report)
+    return [_right(named, at, file, report) for at in range(len(named))]
+
+
+def _joined(found: list[Token], file: Path, report: Callable[[InputError], None]) -> list[Token]:
+    """Return the tokens with `END IF` and `: =` in one piece; `report` gets the errors."""
+    result: list[Token] = []
+    at = 0
+    while at < len(found):
+        token, behind = found[at], found[at + 1] if at + 1 < len(found) else None
+        at += 1
+        if behind is not None and behind.line == token.line:
+            if token.upper() == "END" and f"END_{behind.type}" in KEYWORDS:
+                word = f"END_{behind.type}"
+                report(_written(token, f"{token} {behind} is written as one word", word, file))
+                token = Token.new_borrow_pos(word, word, token)
+                at += 1
+            elif token.type == "COLON" and behind.type == "EQ":
+                report(_written(token, "there is a blank in :=", ":=", file))
+                token = Token.new_borrow_pos("ASSIGN", ":=", token)
+                at += 1
+                if result and result[-1].type == "LABEL":
+                    result[-1] = Token.new_borrow_pos("IDENT", str(result[-1]), result[-1])
+        result.append(token)
+    return result
+
+
+def _named(found: list[Token], file: Path, report: Callable[[InputError], None]) -> list[Token]:
+    """Return the tokens with names in place of keywords that a declaration uses as names."""
+    result = list(found)
+    declares = False
+    for at, token in enumerate(found):
+        before = found[at - 1].type if at else ""
+        if token.type.startswith("VAR"):
+            declares = True
+        if token.type == "END_VAR" and _type(found, at + 1) != "COLON":
+            declares = False
+        follows = _type(found, at + 1)
+        begins = before in ("SEMICOLON", "COMMA", "CONSTANT", "RETAIN") or before.startswith("VAR")
+        if declares and token.type in KEYWORDS and follows in ("COLON", "COMMA") and begins:
+            text = f"{token} is a keyword and cannot be a name"
+            report(_error(token, text, "choose another name", file))
+            result[at] = Token.new_borrow_pos("IDENT", str(token), token)
+    return result
+
+
+def _written(token: Token, message: str, instead: str, file: Path) -> InputError:
+    return _error(token, message, f"write {instead}", file)
+
+
+def _error(token: Token, message: str, hint: str, file: Path) -> InputError:
+    return InputError(message, file=file, line=token.line, column=token.column, hint=hint)
 
 
 def _right(
@@ -92,7 +146,7 @@ def _type(found: Sequence[Token], at: int) -> str:
 
 
 def one_for_all(errors: Iterable[InputError]) -> list[InputError]:
-    """Return the errors with one in place of all about jumps; it has their number."""
+    """Return the errors; a single error, with a count, replaces all errors about jumps."""
     every = list(errors)
     jumps = [one for one in every if one.message == LABELS or one.message.endswith(_JUMP)]
     if len(jumps) < 2:

@@ -63,7 +63,7 @@ from structured_text.language.widening import BITS_OF, joined, number_of, same_n
 
 __all__ = ["Functions", "same_text"]
 
-#: Standard functions that mean an operator, the functions of durations included.
+#: Standard functions that stand for an operator, including the functions of durations.
 _OPERATORS = {
     "ADD": "+",
     "SUB": "-",
@@ -88,11 +88,11 @@ _OPERATORS = {
 _SHIFTS = ("SHL", "SHR", "ROL", "ROR")
 _SELECTIONS = ("SEL", "MUX", "MOVE")
 _JOINING = ("CONCAT", "INSERT", "REPLACE")
-#: Least length of their results in dialects whose plain STRING has another length than matiec's.
+#: Least length of their results in dialects with another length of a plain STRING than matiec's.
 _JOINED = 255
 #: In CODESYS and TwinCAT these functions return the time since the start.
 _CLOCKS = ("TIME", "LTIME")
-#: Functions of a declaration, not of a value.
+#: Functions that depend on the declaration of their argument, not on its value.
 _SIZES = ("SIZEOF", "XSIZEOF")
 _OF_VARIABLES = (*_SIZES, "LOWER_BOUND", "UPPER_BOUND")
 
@@ -277,7 +277,7 @@ class Functions:
         return found
 
     def _same_elements(self, one: Type, other: Type) -> bool:
-        """Return whether TIA Portal copies an array to another one: bounds may differ."""
+        """Return whether TIA Portal copies an array to another; only the bounds may differ."""
         return (
             self._scope.registry.dialect.name == "tia"
             and isinstance(one, ArrayType)

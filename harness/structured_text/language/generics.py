@@ -118,7 +118,7 @@ def _generic_names(pou: s.Pou) -> list[tuple[s.Name, ...]]:
 
 
 def _fixed(pou: s.Pou, given: Mapping[str, s.Init]) -> tuple[s.Section, ...]:
-    """Return the sections with generic constants as constants that have these values."""
+    """Return the sections; generic constants become constants with these values."""
     found = []
     for section in pou.sections:
         if section.kind == _SECTION:

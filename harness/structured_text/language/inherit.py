@@ -262,7 +262,7 @@ class Inheritance:
 
     def _check_override(self, owner: _Owner, name: str, method: Pou, inherited: Pou) -> None:
         at = self._at(owner, name)
-        # An interface has no body: FINAL there is for the blocks that implement it.
+        # FINAL in an interface concerns the blocks that implement the interface.
         if "FINAL" in inherited.words and inherited.owner is not None:
             self._report(owner.where.error(f"{inherited.name} is FINAL", at))
         if name == INIT.upper():
@@ -319,10 +319,10 @@ def _methods_of(node: s.Pou) -> Iterator[s.Method]:
 
 
 def _extends(method: Pou, inherited: Pou) -> bool:
-    """Return whether the inputs of an `INIT` begin with those of the base's.
+    """Return whether the inputs of an `INIT` begin with those of the base block's `INIT`.
 
-    The base's gets its arguments by position, so only their types must be the same. An `INIT` may
-    leave out its result and the standard parameters' names.
+    The base block's `INIT` gets its arguments by position, so only their types must be the same. An
+    `INIT` may leave out its result and the names of the standard parameters.
     """
     own, base = (
         [describe(one.type).upper() for one in each.section("VAR_INPUT")]
@@ -342,5 +342,5 @@ def _signature(method: Pou) -> tuple[object, ...]:
 
 
 def _held_block(kind: Type) -> BlockType | None:
-    """Return the block in a variable of this type; the first one of a structure."""
+    """Return the block in a variable of this type, or the first block in a structure."""
     return next((one for one in inside(kind) if isinstance(one, BlockType)), None)

@@ -96,7 +96,7 @@ _UNSUPPORTED = {
     "VAR_ACCESS": "access paths",
     **dict.fromkeys(("JMP", "GOTO"), "jumps"),
 }
-#: Tokens before a name that is declared or used: such a word is the name.
+#: Tokens before a name that is declared or used: a word after them is this name.
 _BEFORE_NAMES = frozenset(
     (
         "DOT",
@@ -132,6 +132,7 @@ _PATTERN = re.compile(
     | (?P<comment>\(\*)
     | (?P<line_comment>//)
     | (?P<block_comment>/\*)
+    | (?P<foreign>==|!=|=!|=<(?!=)|&&|\|\|?|!|[-+*/]=(?!>)|(?:\+\+|--)(?=\s*;))
     | (?P<punctuation>:=|\?=|=>|<=|>=|<>|\*\*|\.\.|[-+*/&=<>()\[\],;:.^])
     | (?P<REALNUM>\d[\d_]*(?:\.\d[\d_]*(?:E[-+]?\d+)?|E[-+]?\d+))
     | (?P<INTEGER>(?:2|8|10|16)\#\w+|\d[\d_]*)
@@ -144,6 +145,20 @@ _PATTERN = re.compile(
     )""",
     re.VERBOSE | re.IGNORECASE | re.ASCII,
 )
+
+#: Operators of C, and other signs that are none here, each with the operator that is meant.
+_OF_C = {"==": "=", "!=": "<>", "&&": "AND", "||": "OR", "|": "OR", "!": "NOT", "%": "MOD"}
+_FOREIGN = {**_OF_C, "=!": "<>", "=<": "<="}
+_MEANT_KINDS = frozenset((*(PUNCTUATION.get(one, one) for one in _FOREIGN.values()), "ASSIGN"))
+#: Characters without a meaning, and what to write instead.
+_INSTEAD = {
+    "#": "write a comment as // text or (* text *)",
+    "?": "write IF, or SEL(condition, value if FALSE, value if TRUE)",
+    "\\": "remove it",
+}
+#: A number with a unit of time, and a number of C.
+_DURATION = re.compile(r"\d[\d_.]*(?:d|h|m|s|ms|us|ns)\b", re.IGNORECASE)
+_HEXADECIMAL = re.compile(r"0x([0-9a-f]+)\b", re.IGNORECASE)
 
 #: Longest name, and how much of a longer name a message shows [characters].
 _LONGEST_NAME, _SHOWN = 1_000, 40
@@ -251,6 +266,10 @@ class _Lexer:
             if kind == "unknown" and value in "'\"" and (lines := _LINES.match(text, offset)):
                 self._note("a text over several lines", offset)
                 kind, value, behind = "STRING", lines.group(), lines.end()
+            if kind == "foreign" or (kind == "unknown" and value == "%"):
+                kind, value = self._meant(value, offset)
+                if not kind:
+                    continue
             if kind == "punctuation":
                 kind = PUNCTUATION[value]
             elif kind == "IDENT":
@@ -287,15 +306,14 @@ class _Lexer:
                 self._unknown(kind, value, offset)
                 kind, behind = "STRING", self._line_end(offset)
                 value = "''"
-            elif kind not in _LITERALS:
+            elif kind not in _LITERALS and kind not in _MEANT_KINDS:
                 behind = self._skipped(kind, value, offset, behind)
                 if behind < 0:
                     return
                 continue
             elif kind in ("INTEGER", "REALNUM"):
                 if text[behind : behind + 1].isalnum():
-                    hint = "write reals as 1.0E3, hexadecimal as 16#FF"
-                    self._refuse("this number is malformed", offset, hint)
+                    self._refuse("this number is malformed", offset, self._number(offset))
                 elif kind == "REALNUM" and "." not in value:
                     self._note("a number such as 1E3", offset)
             if kind in ("INTEGER", "TYPED") and _DECIMAL.search(value):
@@ -310,6 +328,26 @@ class _Lexer:
         if self._conditions.unclosed is not None:
             hint = "write {END_IF} behind its branches"
             self._refuse("this {IF} has no {END_IF}", self._conditions.unclosed, hint)
+
+    def _meant(self, value: str, offset: int) -> tuple[str, str]:
+        """Report a sign of another language; return kind and text of the token that was meant."""
+        text = f"{value} is not an operator of Structured Text"
+        meant = _FOREIGN.get(value, "")
+        if not meant:
+            self._refuse(text, offset, f"write it as a := a {value[0]} 1")
+            return ("ASSIGN", ":=") if value.endswith("=") else ("", "")
+        if value in _OF_C:
+            text = f"{value} is an operator of C"
+        self._refuse(text, offset, f"write {meant}{' to compare' if value == '==' else ''}")
+        return PUNCTUATION.get(meant, meant), meant
+
+    def _number(self, offset: int) -> str:
+        """Return the hint for a number with letters behind it."""
+        if found := _DURATION.match(self._text, offset):
+            return f"write the duration as T#{found[0]}"
+        if found := _HEXADECIMAL.match(self._text, offset):
+            return f"write it as 16#{found[1]}"
+        return "write reals as 1.0E3, hexadecimal as 16#FF"
 
     def _wide(self, kind: str, value: str, offset: int, behind: int) -> tuple[str, str, int]:
         """Return kind, text and end of a token that may be a name with letters beyond ASCII.
@@ -443,7 +481,7 @@ class _Lexer:
         return end + 1
 
     def _behind_condition(self, word: str, rest: str, offset: int, end: int) -> int:
-        """Return the offset behind a pragma of conditional compilation and what it leaves out."""
+        """Return the offset behind a pragma of conditional compilation and the text it excludes."""
         if word.upper() == "IF":
             self._note("conditional compilation", offset)
         self._condition = offset
@@ -456,12 +494,13 @@ class _Lexer:
     def _unknown(self, kind: str, value: str, offset: int) -> None:
         """Report characters that do not begin any token."""
         if kind == "pragma":
-            self._refuse("this } has no {", offset, "remove it")
+            self._refuse("this } has no opening {", offset, "remove it")
         elif value in ("'", '"'):
             hint = f"end it with {value} on the same line"
             self._refuse("this string is never closed", offset, hint)
         else:
-            self._refuse(f"the character {value!r} has no meaning here", offset)
+            hint = _INSTEAD.get(value, "")
+            self._refuse(f"the character {value!r} has no meaning here", offset, hint)
 
 
 def _is_c_code(said: str) -> bool:

@@ -23,8 +23,8 @@ class Names:
 
     Attributes:
         prefix: Prefix of the names of its types; empty for any name.
-        byte_image: Its array of BYTE for a process image; empty without one.
-        word_image: Its array of WORD for a process image; empty without one.
+        byte_image: Its array of BYTE for a process image; empty if there is none.
+        word_image: Its array of WORD for a process image; empty if there is none.
         tested: Another engine with which its authors test it: `matiec`, or empty.
         notes: Notes for an exported README, by `TARGET_SUBJECT`.
         project: Name of an exported project.
@@ -64,7 +64,7 @@ class Names:
 
 @lru_cache(maxsize=4096)
 def names_of(file: Path) -> Names:
-    """Return the properties of the library that a source belongs to; empty ones if it is of none.
+    """Return the properties of the library that a source belongs to; without one, empty properties.
 
     A library is a folder `lib` with `library.toml` beside it. A file of that name that belongs to
     something else is not read.

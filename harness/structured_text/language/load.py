@@ -66,9 +66,9 @@ Read = Callable[[Path], s.Source]
 #: A function that sees the names known in a body, and its statements.
 Visit = Callable[[Scope, tuple[s.Statement, ...]], None]
 
-#: Priority of a task without one, by the standard. It is the lowest, which runs last.
+#: Priority of a task without PRIORITY, by the standard: the lowest, which runs last.
 _LOWEST = 65535
-#: Longest scan of a program without a task beside tasks [us]: that of a program without any task.
+#: Period of a program that has no task in a project with tasks [us]; a shorter tick shortens it.
 _SCAN_US = 10_000
 
 
@@ -263,16 +263,17 @@ def analyse(
     """Return the checked project, or None with all errors, in the order of the given files.
 
     Sources without a PROGRAM are checked as a library. Errors that are only the consequence of
-    another error are left out. `most` is the number of errors after which the others are counted;
-    default: `MOST_MISTAKES`. With `every` all are returned, the consequences as `ConsequenceError`:
-    a statistic of files must not count a file as accepted because its error is not shown.
+    another error are left out. Errors beyond the number `most` (default: `MOST_MISTAKES`) are only
+    counted. With `every` all errors are returned, consequences as `ConsequenceError`. A statistic
+    of files needs this, because a file without a shown error would count as accepted.
     """
     read = read or read_file
     try:
         project, errors = deeply(partial(_analysed, paths, read, every=every))
         if every:
             return project, errors
-        return project, first_errors(errors, MOST_MISTAKES if most is None else most)
+        shown = first_errors(errors, MOST_MISTAKES if most is None else most)
+        return project, shown or (errors[:1] if project is None else [])
     except RecursionError:
         return None, [too_deep(paths, read)]
 
@@ -360,7 +361,7 @@ def _analysed(
 
 
 def _consequence(error: InputError) -> ConsequenceError:
-    """Return an error that follows from another one, marked as such."""
+    """Return an error, marked as the consequence of another error."""
     return ConsequenceError(
         error.message, file=error.file, line=error.line, column=error.column, hint=error.hint
     )
@@ -382,7 +383,11 @@ def _check_size(before: Sequence[s.Source], source: s.Source) -> None:
 
 
 def first_errors(errors: list[InputError], most: int = MOST_MISTAKES) -> list[InputError]:
-    """Return the first errors, up to a limit, and a note on the number of further errors."""
+    """Return the first errors, up to a limit, and a note on the number of further errors.
+
+    Errors with the same place and text are one error.
+    """
+    errors = list({str(error): error for error in errors}.values())
     more = len(errors) - most
     if more <= 0:
         return errors
@@ -392,7 +397,7 @@ def first_errors(errors: list[InputError], most: int = MOST_MISTAKES) -> list[In
 
 
 def _causes(errors: list[InputError], sources: list[s.Source]) -> list[InputError]:
-    """Return the errors without those that follow from an error in the interface they name."""
+    """Return the errors, except those caused by an error in an interface that they name."""
     spoiled: dict[str, set[int]] = {}
     for error in (*errors, *(error for source in sources for error in source.errors)):
         spoiled.setdefault(error.file or "", set()).add(error.line or 0)
@@ -411,7 +416,7 @@ def _causes(errors: list[InputError], sources: list[s.Source]) -> list[InputErro
         for node in source.declarations
         if isinstance(node, (s.Pou, s.TypeDecl)) and node.extends is not None
     }
-    for key in extended:  # what extends a spoiled interface has that interface, too
+    for key in extended:  # a declaration inherits the wrong interface of its base
         chain = [key]
         while chain[-1] in extended and extended[chain[-1]] not in chain:
             chain.append(extended[chain[-1]])
@@ -429,7 +434,7 @@ def _causes(errors: list[InputError], sources: list[s.Source]) -> list[InputErro
 
 
 def _interfaces(node: s.Declaration) -> Iterator[tuple[str, int, int]]:
-    """Yield name, first line and line behind the interface of a declaration and its methods."""
+    """Yield name, first line and next line of the interfaces of a declaration and its methods."""
     name, line = node.name.key, node.at.line
     if isinstance(node, s.TypeDecl):
         fields = node.spec.fields if isinstance(node.spec, s.StructSpec) else ()
@@ -553,7 +558,7 @@ def _check_extent(
     declarations: Declarations,
     ordered: Sequence[Declared],
 ) -> None:
-    """Raise InputError if all variables of the running program are too many."""
+    """Raise InputError if the running program has too many variables in all."""
     if not ordered:
         return
     bodies = [

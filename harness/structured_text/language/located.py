@@ -47,9 +47,10 @@ class _Open(NamedTuple):
 
 
 def located(instances: Mapping[str, BlockType], declarations: Declarations) -> tuple[Located, ...]:
-    """Return the directly represented variables: the globals, then those of each program.
+    """Return the directly represented variables.
 
-    Those of VAR_CONFIG come first. Raise InputError if an entry of it is wrong.
+    The order is: variables of VAR_CONFIG, globals, variables of each program. Raise InputError if
+    an entry of VAR_CONFIG is wrong.
     """
     found: list[Located] = []
     open_ones: list[_Open] = []

@@ -50,7 +50,7 @@ class Methods:
             raise self._scope.error(text, at)
         above_it = self._scope.declarations.pous.get(base)
         if above_it is None or above_it.block is None:
-            raise ConsequenceError(f"what {pou.name} extends has an error")
+            raise ConsequenceError(f"{pou.name} has a base with an error")
         return t.This(above_it.block)
 
     def is_own_property(self, key: str) -> bool:
@@ -63,7 +63,7 @@ class Methods:
         return self._read(self.this(node.at), node)
 
     def property(self, base: t.Variable, name: s.Name, *, final: bool = False) -> t.Variable | None:
-        """Type the value of a property of a block or interface; None without it."""
+        """Type the value of a property of a block or interface; None if there is none."""
         if not self._objects.is_property(base.type, name.key):
             return None
         return self._read(base, name, final=final)
@@ -204,7 +204,7 @@ class Methods:
         return base, method, final
 
     def _method(self, kind: Type | None, key: str) -> t.Pou | None:
-        """Return a method of a block or interface, or one of its overloads; None without it."""
+        """Return a method of a block or interface, or an overload of it, or None."""
         found = self._objects.method(kind, key)
         return found or next(iter(overloads(self._objects, kind, key).values()), None)
 

@@ -1,7 +1,7 @@
 """Declarations of one name in several namespaces: each gets a name of its own.
 
-All declarations of a program share one table of names. A source that declares or uses a name means
-that of its own namespace, else that of the namespaces which it uses.
+All declarations of a program share one table of names. A name in a source denotes the declaration
+in the source's own namespace, else the declaration in a namespace that the source uses.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def separated(sources: Sequence[s.Source]) -> list[s.Source]:
 
 
 def _own(source: s.Source) -> str:
-    """Return the namespace that a source declares; empty without one."""
+    """Return the namespace that a source declares; empty if it declares none."""
     return next((one.name.key for one in source.namespaces if not one.used), "")
 
 

@@ -53,7 +53,7 @@ class Operators:
     def operand_type(
         self, op: str, left: s.Expression, right: s.Expression, want: Type | None
     ) -> Type | None:
-        """Return the type that both operands get; None if neither has one.
+        """Return the type that both operands get; None if neither operand has a type.
 
         An untyped number gets the type of the other operand, if that type holds it.
         """
@@ -223,7 +223,7 @@ class Operators:
         )
 
     def lengthened(self, node: s.Expression) -> t.Expression:
-        """Type an operand as a DINT, and all calculations in it."""
+        """Type an operand, and all calculations in it, as DINT."""
         if id(node) not in self._long:
             self._long[id(node)] = self._lengthened(node)
         return self._long[id(node)]
@@ -303,7 +303,7 @@ class Operators:
         return t.Binary(op, one, other, result)
 
     def _compared(self, op: str, kind: EnumType, left: s.Expression, right: s.Expression) -> Type:
-        """Return the type to compare an enumeration in: a number with a number."""
+        """Return the type for a comparison with an enumeration; numbers are compared as numbers."""
         for side in (left, right):
             found = self._expressions.infer(side)
             if type_name(found) in ANY_INT:
@@ -363,7 +363,7 @@ class Operators:
 
 
 def _number_of_member(kind: Type | None) -> Type | None:
-    """Return the integer type of an enumeration; any other type as it is."""
+    """Return the integer type of an enumeration; return any other type unchanged."""
     return ELEMENTARY[kind.base] if isinstance(kind, EnumType) else kind
 
 

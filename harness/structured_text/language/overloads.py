@@ -1,9 +1,9 @@
 """Methods for values of any type: one method for each type, and the call chooses between them.
 
-A block that declares the methods `M__INT`, `M__BOOL` and so on can be called with `M(…)`: the
-types of the arguments choose. `M__TYPES`, if there is one, is called with the names of the types
-in place of the values if these have different types. This is how a unit-test framework, as our own
-Structured Text, offers an assert with inputs of the type ANY.
+A block that declares the methods `M__INT`, `M__BOOL` and so on can be called with `M(…)`: the types
+of the arguments choose. If the values have different types, `M__TYPES`, if it exists, is called
+with the names of the types. With such methods a unit-test framework in Structured Text offers an
+assert with inputs of the type ANY.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from structured_text.language.values import describe
 
 __all__ = ["overload", "overloads"]
 
-#: Joint between the name of a method and the type.
+#: Separator between the name of a method and the type.
 _JOINT = "__"
 _TYPES = "TYPES"
-#: Types of numbers that do not say their type.
+#: Types for untyped numbers.
 _WHOLE, _REAL = "DINT", "LREAL"
 
 _Node = s.Call | s.Invoke | s.CallStatement
@@ -71,7 +71,7 @@ def overload(node: _Node, methods: dict[str, t.Pou], expressions: Checking) -> t
 
 
 def _name_of(value: s.Expression, expressions: Checking) -> str:
-    """Return the name of the type of a value, that of an enumeration's base; empty for a number."""
+    """Return the name of a value's type, or of an enumeration's base type; empty for a number."""
     kind = expressions.infer(value)
     if kind is None:
         return ""

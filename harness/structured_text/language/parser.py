@@ -32,7 +32,7 @@ from structured_text.language.foreign import (
 )
 from structured_text.language.lexer import KEYWORDS, PUNCTUATION, Notes, tokens
 from structured_text.language.pou_names import with_names
-from structured_text.language.recovery import read_tokens
+from structured_text.language.recovery import AT_END, read_tokens
 from structured_text.language.source import Extract, source_text, title_of
 from structured_text.language.words import ACCESSORS, EXCEPTIONS
 from structured_text.output.limits import MOST_TOKENS
@@ -602,6 +602,8 @@ def read_text(text: str, file: Path) -> s.Source:
     builder.uses, builder.errors, builder.file = notes.uses, notes.errors, file
     builder.entries = []
     declarations, errors = read_tokens(lark, found, file)
+    if any("is never closed" in error.message for error in notes.errors):
+        errors = [one for one in errors if not one.hint.endswith(AT_END)]
     named = _named(declarations, file, notes.pragmas, errors)
     lines = {error.line for error in notes.errors}
     every = [*notes.errors, *(error for error in errors if error.line not in lines)]
@@ -635,7 +637,8 @@ def _named(
     """Return the declarations with names for global lists and with members in their POUs.
 
     A list of globals is named after its file. An ACTION, METHOD or PROPERTY behind a POU or
-    INTERFACE belongs to it; `errors` receives those without one.
+    INTERFACE belongs to it; `errors` receives an error for each of these without a POU or
+    INTERFACE.
     """
     result: list[Any] = []
     for one in declarations:

@@ -95,7 +95,7 @@ class _Task:
         self._file = next((source.file for pou, source in found if pou is self.first), folder)
 
     def uses(self, source: s.Source) -> tuple[Use, ...]:
-        """Return the constructs of a source, with that of the joined program."""
+        """Return the constructs of a source, and the construct of the joined program."""
         if self.first is None or not any(one is self.first for one in source.declarations):
             return source.uses
         use = Use("a program of _INIT and _CYCLIC", source.file, self.first.at)

@@ -153,12 +153,15 @@ _Found = Iterator[tuple[s.Position, str]]
 
 
 def _library(source: s.Source, prefix: str) -> _Found:
-    """Yield violations of: one declaration per file, its name that of the file, the prefix."""
+    """Yield violations of: one declaration per file, with the file's name and the prefix."""
     for extra in source.declarations[1:]:
         yield extra.at, "a second declaration; the library has one per file"
     for one in source.declarations[:1]:
         if one.name.text != title_of(source.file):
-            yield one.name.at, f"{one.name.text} is not called as its file, {source.file.stem}"
+            yield (
+                one.name.at,
+                f"{one.name.text} is not in a file of this name but in {source.file.stem}",
+            )
     for one in source.declarations:
         if isinstance(one, s.TypeDecl) and not one.name.key.startswith(prefix.upper()):
             yield one.name.at, f"the type {one.name.text} does not begin with {prefix}"
@@ -245,7 +248,7 @@ def _array(spec: s.ArraySpec) -> _Found:
         for bound in (dimension.low, dimension.high):
             plain = bound.operand if isinstance(bound, s.Unary) else bound
             if not isinstance(plain, s.Literal):
-                yield bound.at, "array bounds are to be literals"
+                yield bound.at, "array bounds must be literals"
     if isinstance(spec.element, s.NamedSpec) and _is_block(spec.element):
         yield spec.at, "an array of blocks"
 
@@ -286,7 +289,10 @@ def _code(statement: s.Statement, members: set[str]) -> _Found:
             for side in (node.left, node.right):
                 yield from _promoted(side)
         elif isinstance(node, s.Unary) and node.op == "NOT" and _compares(node.operand):
-            yield node.at, "NOT of a comparison: turn it round, or call a function for it"
+            yield (
+                node.at,
+                "NOT of a comparison: use the opposite operator or a function",
+            )
 
 
 def _compares(operand: s.Expression) -> bool:
@@ -338,7 +344,7 @@ def _call(call: s.Call) -> _Found:
 def _promoted(side: s.Expression) -> _Found:
     shift = isinstance(side, s.Call) and side.function.key in _SHIFTS
     if shift or (isinstance(side, s.Unary) and side.op == "NOT"):
-        yield side.at, "compared at once: assign the result of NOT or a shift to a variable first"
+        yield side.at, "a comparison of NOT or a shift: assign the result to a variable first"
 
 
 _LONGEST = 100

@@ -101,7 +101,7 @@ class Project:
 
     @property
     def free(self) -> tuple[str, ...]:
-        """Return the program instances without a task, beside tasks."""
+        """Return the program instances without a task in a project with tasks."""
         bound = {name for task in self.tasks for name in task.instances}
         return tuple(name for name in self.instances if self.tasks and name not in bound)
 

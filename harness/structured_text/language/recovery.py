@@ -19,9 +19,13 @@ from lark.exceptions import UnexpectedToken
 from structured_text.errors import InputError
 from structured_text.language.foreign import LABELS
 from structured_text.language.lexer import KEYWORDS, PUNCTUATION
+from structured_text.language.scalars import ELEMENTARY
 from structured_text.output.limits import MOST_MISTAKES
 
-__all__ = ["read_tokens"]
+__all__ = ["AT_END", "read_tokens"]
+
+#: End of the hint for a group that has no end in the file.
+AT_END = "the end of the file"
 
 _SPELLING = {name: f"'{text}'" for text, name in PUNCTUATION.items()}
 _INSTRUCTION_LIST = frozenset(
@@ -74,10 +78,13 @@ _STATEMENTS = frozenset(("IF", "CASE", "FOR", "WHILE", "REPEAT", "EXIT", "RETURN
 _PART_ENDS = ("END_METHOD", "END_ACTION", "END_PROPERTY", "END_GET", "END_SET")
 #: Declarations with an END that a source of several POUs must have.
 _WITH_END = ("FUNCTION_BLOCK", "FUNCTION", "PROGRAM", "TYPE")
+_MEMBERS = ("METHOD", "PROPERTY")
 #: Words that end a condition or the head of a statement.
 _HEAD_ENDS = ("THEN", "DO", "OF")
-#: Operators of C: the last two signs, and what to write in Structured Text.
-_OF_C = {"==": "= to compare", "&&": "AND"}
+#: Words of a FOR in other languages: the token and what to write.
+_OF_FOR = {"STEP": "BY", "UNTIL": "TO"}
+#: Tokens that continue a name in a statement, and not in a declaration.
+_OF_STATEMENTS = ("ASSIGN", "LPAR", "DOT", "LSQB", "CARET")
 _POU_ENDS = ("END_PROGRAM", "END_FUNCTION_BLOCK", "END_FUNCTION")
 
 
@@ -160,13 +167,111 @@ class _Run:
             self._errors.append(self._error("= compares, and does not assign", token, "write :="))
             self._state.feed_token(Token.new_borrow_pos("ASSIGN", ":=", token))
             return at + 1
+        if token.type == "SENDTO" and "GE" in accepted:
+            return self._replaced("=> is not a comparison", token, "GE", ">=", at)
+        meant = _OF_FOR.get(token.upper(), "")
+        if meant and meant in accepted:
+            return self._replaced(f"a FOR has no {token}", token, meant, meant, at)
+        repaired = self._repaired(token, before, accepted, at)
+        if repaired >= 0:
+            return repaired
         word = next((word for word in _HEAD_ENDS if word in accepted), "")
-        if not word or token.line == before.line:
+        if not word or (token.line == before.line and not self._begins(at)):
             return -1
         hint = f"write it after {str(before)!r}"
         self._errors.append(self._error(f"{word} is missing", before, hint, after=True))
         self._state.feed_token(Token.new_borrow_pos(word, word, token))
         return at
+
+    def _replaced(self, message: str, token: Token, kind: str, text: str, at: int) -> int:
+        """Report a token, and continue with the one that was meant."""
+        self._errors.append(self._error(message, token, f"write {text}"))
+        self._state.feed_token(Token.new_borrow_pos(kind, text, token))
+        return at + 1
+
+    def _begins(self, at: int) -> bool:
+        """Return whether a statement begins at a token: a name and :=, or a label."""
+        follows = self._found[at + 1].type if at + 1 < len(self._found) else ""
+        return follows in ("ASSIGN", "COLON")
+
+    def _repaired(self, token: Token, before: Token, accepted: set[str], at: int) -> int:
+        """Report a mistake that has one evident repair, and continue behind it.
+
+        Returns:
+            The index of the token that comes next; -1 if the mistake is another one.
+        """
+        feed = self._state.feed_token
+        follows = self._found[at + 1].type if at + 1 < len(self._found) else ""
+        named = token.type == "IDENT" and follows in ("ASSIGN", "SENDTO")
+        if named and {"COMMA", "RPAR"} <= accepted:
+            hint = f"write it after {str(before)!r}"
+            self._errors.append(self._error("a ',' is missing", before, hint, after=True))
+            feed(Token.new_borrow_pos("COMMA", ",", token))
+            return at
+        if token.type == "RPAR" and "SEMICOLON" in accepted:
+            self._errors.append(self._error("there is no ( for this )", token, "remove it"))
+            return at + 1
+        if token.type == "ELSE" and "END_IF" in accepted and self._opened():
+            text = f"the IF of line {self._opened()[-1].line} has a second ELSE"
+            hint = "write ELSIF and a condition in place of the first one, or remove it"
+            self._errors.append(self._error(text, token, hint))
+            feed(Token.new_borrow_pos("END_IF", "END_IF", token))
+            feed(self._semicolon(token))
+            for word in ("IF", "TRUE", "THEN"):
+                feed(Token.new_borrow_pos(word, word, token))
+            return at + 1
+        if token.type == "END_REPEAT" and "UNTIL" in accepted:
+            hint = "write UNTIL and a condition before it"
+            self._errors.append(self._error("REPEAT has no UNTIL", token, hint))
+            feed(Token.new_borrow_pos("UNTIL", "UNTIL", token))
+            feed(Token.new_borrow_pos("TRUE", "TRUE", token))
+            return at
+        if "END_REPEAT" in accepted and "UNTIL" not in accepted and self._opened():
+            return self._end_of_repeat(token, before, at)
+        if "COLON" in accepted and before.type == "IDENT" and at > 1:
+            return self._in_section(token, before, at)
+        return -1
+
+    def _end_of_repeat(self, token: Token, before: Token, at: int) -> int:
+        """Report a REPEAT without END_REPEAT behind its condition, and continue behind it."""
+        if token.type in _CLOSERS or self._ends_pou(token, at):
+            return -1
+        if token.line == before.line and before.type != "SEMICOLON":
+            return -1
+        until = next(one for one in self._found[at - 1 :: -1] if one.type == "UNTIL")
+        hint = f"write END_REPEAT after the condition of line {until.line}"
+        text = "the REPEAT of this line has no END_REPEAT"
+        self._errors.append(self._error(text, self._opened()[-1], hint))
+        self._state.feed_token(Token.new_borrow_pos("END_REPEAT", "END_REPEAT", token))
+        if "SEMICOLON" in self._parser.accepts():  # type: ignore[no-untyped-call]
+            self._state.feed_token(self._semicolon(token))
+        return at
+
+    def _in_section(self, token: Token, before: Token, at: int) -> int:
+        """Repair a section of variables: it has no END_VAR, or a type stands before its name."""
+        opener = next((one for one in self._found[at - 1 :: -1] if one.type in _SECTIONS), None)
+        first = self._found[at - 2].type
+        if opener is None or not (first == "SEMICOLON" or first in _SECTIONS):
+            return -1
+        states, values = self._state.state_stack, self._state.value_stack
+        if token.type == "IDENT" and token.line == before.line:
+            hint = f"write {token} : {before}"
+            self._errors.append(self._error("the name stands before its type", before, hint))
+            states.pop()
+            values.pop()
+            for one in (token, Token.new_borrow_pos("COLON", ":", token)):
+                self._state.feed_token(one)
+            self._state.feed_token(before)
+            return at + 1
+        if token.type not in _OF_STATEMENTS:
+            return -1
+        hint = f"write END_VAR before the {before} of line {before.line}"
+        text = f"the {opener} section has no END_VAR"
+        self._errors.append(self._error(text, opener, hint))
+        states.pop()
+        values.pop()
+        self._state.feed_token(Token.new_borrow_pos("END_VAR", "END_VAR", before))
+        return at - 1
 
     # --- groups without an end ---
 
@@ -202,14 +307,17 @@ class _Run:
         begins = token.type in _DECLARATIONS and (
             at == 0 or at >= len(self._found) or self._found[at - 1].line != token.line
         )
+        begins = begins or token.type in _MEMBERS
         if not begins and token.type not in _DECLARATION_ENDS:
             return -1
         accepted = self._parser.accepts()  # type: ignore[no-untyped-call]
-        word = next((one for one in _WITH_END if f"END_{one}" in accepted), "")
+        within = token.type in ("METHOD", "PROPERTY") or token.type in _DECLARATION_ENDS
+        kinds = (*_MEMBERS, *_WITH_END) if within else _WITH_END
+        word = next((one for one in kinds if f"END_{one}" in accepted), "")
         first = next((one for one in self._found[at - 1 :: -1] if one.type == word), None)
         if not word or first is None:
             return -1
-        if begins:
+        if begins or word in _MEMBERS:
             text = f"the {word} of this line has no END_{word}"
             hint = f"write END_{word} before the {token} of line {token.line}"
             self._errors.append(self._error(text, first, hint))
@@ -217,7 +325,7 @@ class _Run:
             text = f"{token} does not end the {word} of line {first.line}"
             self._errors.append(self._error(text, token, f"write END_{word}"))
         self._state.feed_token(Token.new_borrow_pos(f"END_{word}", "", token))
-        return at if begins else at + 1
+        return at if begins or word in _MEMBERS else at + 1
 
     def _opened(self) -> list[Token]:
         """Return the words of the open groups of statements, the innermost last."""
@@ -225,7 +333,7 @@ class _Run:
         return [one for one in values if isinstance(one, Token) and one.type in _OPENERS]
 
     def _unclosed(self, token: Token, at: int) -> Token | None:
-        """Return the innermost open group if this token ends, or begins, one around it."""
+        """Return the innermost open group if this token shows that the group lacks its end."""
         accepted = self._parser.accepts()  # type: ignore[no-untyped-call]
         if "END_VAR" in accepted:
             starts = token.type in _STATEMENTS or token.type in _SECTIONS
@@ -260,7 +368,7 @@ class _Run:
             text = f"ELSE IF opens a second IF, so the IF of line {opener.line} has no END_IF"
             return self._error(text, second, "write ELSIF")
         what = "section" if word == "END_VAR" else "of this line"
-        before = "the end of the file"
+        before = AT_END
         if token.type != "$END":
             before = f"the {token} of line {token.line}"
         name = f"{opener} {what}"
@@ -300,6 +408,8 @@ class _Run:
     def _ends_here(self, token: Token, before: Token) -> bool:
         """Return whether only a semicolon is missing before this token."""
         if "SEMICOLON" not in self._parser.accepts():  # type: ignore[no-untyped-call]
+            return False
+        if _is_declaration(token, before) or before.type == "RETURN":
             return False
         if token.type == "COLON" or before.upper() in (*_INSTRUCTION_LIST, "JMP", "GOTO"):
             return False  # a label, a jump or an instruction, which is not a name as a statement
@@ -379,12 +489,12 @@ class _Run:
             return self._error("Instruction List is not supported", before, hint)
         if token.type == "COLON" and before.type in ("IDENT", "LABEL") and "LPAR" in expected:
             return self._error(LABELS, before, "use IF, or a loop with EXIT")
-        if (instead := _OF_C.get(f"{before}{token}")) is not None:
-            return self._error(f"{before}{token} is an operator of C", before, f"write {instead}")
-        if token.type == "END_REPEAT" and "UNTIL" in expected:
-            return self._error(
-                "REPEAT has no UNTIL", token, "write UNTIL and a condition before it"
-            )
+        if before.type == "RETURN" and token.type != "END_IF" and token.line == before.line:
+            hint = "assign the value to the name of the function before"
+            return self._error("RETURN takes no value", before, hint)
+        if _is_declaration(token, before):
+            hint = f"write {token} : {before.upper()} there"
+            return self._error("variables are declared between VAR and END_VAR", before, hint)
         if token.type in _RESERVED and "IDENT" in expected:
             message = f"{token} is a reserved word and cannot be used here"
             return self._error(message, token, _expectation(expected))
@@ -393,7 +503,7 @@ class _Run:
             hint = f"write it after {str(before)!r}"
             return self._error("a ';' is missing", before, hint, after=True)
         if token.type == "$END":
-            return self._error("the file ends in the middle", before, _expectation(expected))
+            return self._error("the file ends too early", before, _expectation(expected))
         return self._error(f"{str(token)!r} is not expected here", token, _expectation(expected))
 
     def _error(
@@ -401,6 +511,16 @@ class _Run:
     ) -> InputError:
         column = (token.column or 1) + (len(token) if after else 0)
         return InputError(message, file=self._file, line=token.line, column=column, hint=hint)
+
+
+def _is_declaration(token: Token, before: Token) -> bool:
+    """Return whether a declaration as in C stands among statements."""
+    return (
+        token.type == "IDENT"
+        and before.type in ("IDENT", "LABEL")
+        and before.line == token.line
+        and before.upper() in ELEMENTARY
+    )
 
 
 def _expectation(expected: set[str]) -> str:

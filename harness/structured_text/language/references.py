@@ -59,7 +59,7 @@ class References:
         self._scope = expressions.scope
 
     def followed(self, found: t.Variable) -> t.Variable:
-        """Return the referred variable of a REFERENCE TO; any other variable as is."""
+        """Return the target of a REFERENCE TO; return any other variable unchanged."""
         kind = found.type
         if isinstance(kind, ReferenceType) and kind.kind == "REFERENCE":
             return t.Deref(found, _target(kind))
@@ -233,7 +233,7 @@ class References:
     def generic(self, node: s.Expression, want: StructType) -> t.Expression:
         """Type the argument of an input that is ANY: pointer, size and class of a variable.
 
-        Raise InputError for a value, a variable without known bytes, or one of another group.
+        Raise InputError for a value, a variable without known bytes, or a type of another group.
         """
         found = self._all.check(node, None)
         kind, group = found.type, GROUPS.get(want.name)
@@ -361,7 +361,7 @@ class References:
                 break
             if isinstance(one, InterfaceType) and not objects.is_a(one, InterfaceType(_QUERY)):
                 hint = f"let {one.name} EXTEND __SYSTEM.{_QUERY}"
-                raise self._scope.error(f"{name} cannot ask for {one.name}", at, hint)
+                raise self._scope.error(f"{name} cannot query {one.name}", at, hint)
         assert asked is not None
         key = asked.name.upper()
         blocks = objects.derived(key) + [one for one in objects.blocks if one == key]
@@ -426,7 +426,7 @@ class References:
         found = self._all.check(argument, None)
         place = place_of(found)
         if isinstance(place, t.Use) and isinstance(place.type, ArrayType) and place.type.open:
-            hint = "take that of its first element"
+            hint = "take the address of its first element"
             raise self._scope.error("an array of open length has no address", node.at, hint)
         if place is None or isinstance(place.type, InterfaceType):
             raise self._scope.error(f"{node.function.text} needs a variable", node.at)
@@ -499,7 +499,7 @@ def _target(kind: ReferenceType) -> Type:
     Raise InputError if its declaration has an error, which has been reported.
     """
     if kind.target is None:
-        raise ConsequenceError("what a pointer leads to has an error")
+        raise ConsequenceError("the type of a pointer's target has an error")
     return kind.target
 
 

@@ -153,7 +153,7 @@ class Registry:
             self.pous[key] = declared
 
     def _overloads(self, declared: Declared, earlier: Declared) -> bool:
-        """Add a function that has the name of another one but other inputs; return whether."""
+        """Add a function with the name of another, if its inputs differ; return whether they do."""
         node, other = declared.node, earlier.node
         if self.dialect.name != "ax" or not isinstance(node, s.Pou) or not isinstance(other, s.Pou):
             return False
@@ -341,11 +341,11 @@ def _used(node: Any) -> Iterator[s.Name]:
                 yield one.extends
         elif kind is s.Call:
             yield one.function
-    for member in node.members if isinstance(node, s.Pou) else ():
-        parts = (member.getter, member.setter) if isinstance(member, s.Property) else (member,)
-        for section in (one for part in parts if part is not None for one in part.sections):
-            if section.kind == "VAR_INST":  # its variables are stored in the block
-                yield from _used(section)
+    if isinstance(node, s.Pou):
+        # The VAR_INST of a method are variables of each instance of its block.
+        for part in nodes(node.members):
+            if isinstance(part, s.Section) and part.kind == "VAR_INST":
+                yield from _used(part)
 
 
 def _spans(size: int) -> Iterator[tuple[int, int]]:
@@ -356,7 +356,7 @@ def _spans(size: int) -> Iterator[tuple[int, int]]:
 def base_name(node: s.Pou | s.TypeDecl) -> str:
     """Return the upper-case name of the block or structure that a declaration extends.
 
-    The name is that of a missing declaration if it extends another one of its own name.
+    If the declaration extends another of the same name, the result is the name of a missing one.
     """
     assert node.extends is not None
     key = last_name(node.extends)

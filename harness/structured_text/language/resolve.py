@@ -2,8 +2,9 @@
 
 Declarations may stand in any order, and constants and types depend on each other: an array bound
 may be a constant, and the value of the constant may need a type. Each is therefore resolved on its
-first use. `under_way` has the names whose resolution has begun; to meet one again means a cycle. A
-pointer may lead to a type that contains it, so the targets of pointers are resolved last (`link`).
+first use. `under_way` has the names whose resolution has begun; if such a name occurs again, there
+is a cycle. A pointer may lead to a type that contains it, so the targets of pointers are resolved
+last (`link`).
 """
 
 from __future__ import annotations
@@ -64,6 +65,22 @@ _Unlinked = tuple[
     MutableMapping[str, Symbol],
     list[tuple[s.Section, Declared]],
 ]
+#: Sizes of integers [bits], with the letter of their types.
+_SIZES = ((8, "S"), (16, ""), (32, "D"), (64, "L"))
+#: Types of other languages, and those of IEC 61131-3 that are meant.
+_OTHER_NAMES = {
+    "BOOLEAN": "BOOL",
+    "INTEGER": "INT",
+    "SHORT": "INT",
+    "LONG": "DINT",
+    "UNSIGNED": "UINT",
+    "FLOAT": "REAL",
+    "DOUBLE": "LREAL",
+    "TEXT": "STRING",
+    "DURATION": "TIME",
+    "DATETIME": "DT",
+    **{f"{sign}INT{bits}": f"{sign}{size}INT" for sign in ("", "U") for bits, size in _SIZES},
+}
 
 
 class Types:
@@ -121,7 +138,7 @@ class Types:
     # --- types ---
 
     def add_type(self, node: s.TypeDecl, where: Declared) -> None:
-        """Resolve a type of a TYPE … END_TYPE, unless that is done."""
+        """Resolve a type of a TYPE … END_TYPE, unless it has been resolved."""
         key = node.name.key
         if key in self.types or key in self.under_way:
             return
@@ -137,7 +154,7 @@ class Types:
             self._report(error)
 
     def type_named(self, key: str) -> Type | None:
-        """Return the type of the sources with this upper-case name; None without one."""
+        """Return the type of the sources with this upper-case name; None if there is none."""
         declared = self.registry.types.get(key)
         if declared is None and key not in self.registry.pous:
             declared = system_declaration(key) if key != QUERY else None
@@ -325,7 +342,7 @@ class Types:
             return kind, initial
         if spec.generics:
             text = f"{spec.name.text} has no VAR_GENERIC"
-            raise where.error(text, spec.at, "leave out what is in < >")
+            raise where.error(text, spec.at, "remove the < > and its values")
         self.registry.check_reachable(spec.name, where)
         key = last_name(spec.name)
         name = spec.name.text[-len(key) :]
@@ -368,7 +385,8 @@ class Types:
             raise where.error(f"the block {name} is not supported", spec.at)
         own = [*self.registry.types.values(), *self.registry.pous.values()]
         names = [*(one.node.name.text for one in own), *ELEMENTARY, *BLOCKS]
-        hint = did_you_mean(similar(name, names)) or "name its file, too, or check the spelling"
+        meant = [_OTHER_NAMES[key]] if key in _OTHER_NAMES else similar(name, names)
+        hint = did_you_mean(meant) or "name its file, too, or check the spelling"
         raise where.error(f"there is no type {name}", spec.at, hint)
 
     def _nameless(
@@ -442,7 +460,7 @@ class Types:
                 return self._global_constant(key)
             return self._of_block(node) or self._pending(node.name.key)
         if isinstance(node, s.Field) and isinstance(node.base, s.Field):
-            return self.lookup(replace(node, base=node.base.name))  # behind a namespace
+            return self.lookup(replace(node, base=node.base.name))  # after a namespace
         if isinstance(node, s.Call):
             return self._called(node)
         if not isinstance(node, s.Name):
@@ -473,8 +491,8 @@ class Types:
     def _called(self, node: s.Call) -> Constant | None:
         """Return the value of a call that is constant.
 
-        That is SIZEOF of a type or variable, a bound of an array, or the conversion of a constant
-        to an integer type.
+        Such a call is SIZEOF of a type or variable, a bound of an array, or the conversion of a
+        constant to an integer type.
         """
         key = node.function.key
         if key in ("LOWER_BOUND", "UPPER_BOUND") and len(node.arguments) == 2:

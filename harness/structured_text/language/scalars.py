@@ -146,7 +146,8 @@ class LiteralError(ValueError):
 def number(text: str) -> int | float:
     """Return the value of an integer or real literal: `12`, `16#FF_00`, `1.5E-3`, `-7`.
 
-    Raise LiteralError if a digit that the base does not have, another base, or a value too large.
+    Raise LiteralError for a digit that the base does not have, an unknown base, or a too large
+    value.
     """
     plain = text.replace("_", "")
     sign, plain = (-1, plain[1:]) if plain.startswith("-") else (1, plain.removeprefix("+"))

@@ -44,9 +44,9 @@ def size_of(kind: Type) -> int | None:
 def block_size(kind: Type) -> int | None:
     """Return the bytes of a block, or of a variable with blocks inside.
 
-    Each tool lays out blocks in its own way. This is the way of a structure that begins with a
-    pointer to the methods and continues with the variables, those of the base block first. A
-    VAR_IN_OUT is a pointer. The result is None if a part has no size.
+    Each tool lays out blocks in its own way. Here a block is a structure that begins with a pointer
+    to the methods and continues with the variables, those of the base block first. A VAR_IN_OUT is
+    a pointer. The result is None if a part has no size.
     """
     found = _layout(_as_structure(kind))
     return None if found is None else found[0]

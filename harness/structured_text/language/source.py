@@ -114,7 +114,7 @@ class Extract(_AnyPath):
         return made
 
     def place(self, line: int) -> tuple[str, int]:
-        """Return the file and the line in it for the line of a message."""
+        """Return the file, and the line in this file, for the line of a message."""
         if self.project and line > ELSEWHERE:
             return self.project, line - ELSEWHERE
         return str(self), line
@@ -146,7 +146,7 @@ class Extract(_AnyPath):
 
 
 def in_dialect(file: Path, dialect: str) -> Path:
-    """Return the path of a source that says its dialect."""
+    """Return the path of a source with its dialect."""
     if getattr(file, "dialect", "") == dialect:
         return file
     if not isinstance(file, Extract):
@@ -183,7 +183,7 @@ def is_narrow(file: Path) -> int | None:
 
 
 def _first_narrow(content: bytes) -> int | None:
-    """Return the position of the first byte that is not UTF-8; None with a mark of UTF-8."""
+    """Return the position of the first byte that is not UTF-8; None after a byte order mark."""
     if content.startswith(BOM_UTF8):
         return None
     try:

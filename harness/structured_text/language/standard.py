@@ -147,7 +147,7 @@ def _moment_operators() -> Iterator[tuple[str, tuple[str, str, str, str]]]:
     yield "SUB_LTIME", ("-", "LTIME", "LTIME", "LTIME")
 
 
-#: Functions that mean an operator between a moment and a duration, moment or number.
+#: Functions that stand for an operator between a moment and a duration, moment or number.
 MOMENT_OPERATORS = dict(_moment_operators())
 
 #: Functions of the second edition that few tools have.

@@ -93,7 +93,7 @@ def _qualified(method: s.Name, name: s.Name) -> s.Name:
 def start_calls(node: Start, expressions: Checking) -> list[t.Evaluate]:
     """Type the calls of `INIT` with the arguments of a declaration, one for each block extended.
 
-    That of a base comes first. It has the first of the arguments, by position.
+    The `INIT` of a base is called first. It gets the first of the arguments, by position.
 
     Raise InputError if the block has no `INIT` with parameters, or the arguments do not fit.
     """

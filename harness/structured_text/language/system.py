@@ -1,6 +1,6 @@
-"""What CODESYS and TwinCAT declare in the namespace `__SYSTEM`: ANY, its classes, IQueryInterface.
+"""The namespace `__SYSTEM` of CODESYS and TwinCAT: ANY, its classes and IQueryInterface.
 
-The declarations are Structured Text, and take part like those of the user when he names them.
+The declarations are Structured Text. If a program names them, they are used like its own.
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ END_INTERFACE
 
 
 def class_of(kind: Type) -> int:
-    """Return the number of a type's class, as TYPE_CLASS has it."""
+    """Return the number of a type's class in TYPE_CLASS."""
     name = "NONE"
     if isinstance(kind, ElementaryType):
         name = _NAMES.get(kind.name, kind.name)
@@ -155,7 +155,7 @@ _NAMED = ("TYPE_CLASS", ANY_TYPE, "PVOID", "EXCEPTIONCODE")
 
 @lru_cache(maxsize=1)
 def _declared() -> dict[str, Declared]:
-    from structured_text.language.parser import read_text  # which reads the grammar
+    from structured_text.language.parser import read_text  # imports the grammar
 
     source = read_text(_TEXT, Path(SPACE))
     found: dict[str, Declared] = {}

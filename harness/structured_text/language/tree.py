@@ -179,7 +179,7 @@ class Standard:
 
 @dataclass(frozen=True)
 class Assigned:
-    """An assignment inside an expression; its value is that of the target afterwards."""
+    """An assignment inside an expression; it has the new value of the target."""
 
     target: Variable
     value: Expression
@@ -322,7 +322,7 @@ class New:
 
 @dataclass(frozen=True)
 class Delete:
-    """The end of a variable made by `New`; the pointer becomes 0, unless it is THIS."""
+    """The release of a variable made by `New`; the pointer becomes 0, unless it is THIS."""
 
     pointer: Variable | Address
     type: Type

@@ -62,7 +62,7 @@ class EnumType:
         return self.values[place] if self.values else place
 
     def member_of(self, value: int) -> str | None:
-        """Return the member with a value; None without one."""
+        """Return the member with a value; None if there is none."""
         if not self.values:
             return self.members[value] if 0 <= value < len(self.members) else None
         return self.members[self.values.index(value)] if value in self.values else None

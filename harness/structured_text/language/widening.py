@@ -62,7 +62,7 @@ def widens(have: Type, want: Type) -> bool:
 
 
 def same_number(one: Type, other: Type) -> bool:
-    """Return whether an enumeration meets its base type, or another one with that base."""
+    """Return whether the types are an enumeration and its base type, or two with the same base."""
     either = isinstance(one, EnumType) or isinstance(other, EnumType)
     return either and one != other and integer_name(one) == integer_name(other)
 

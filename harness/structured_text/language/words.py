@@ -41,7 +41,7 @@ _OF_SECTIONS = frozenset(
         *("CONSTANT", "RETAIN", "NON_RETAIN", "PERSISTENT"),
     )
 )
-#: An access word before it is not a variable of that name: it is not declared or used here.
+#: Text behind an access word that is not a variable: nothing declares or uses a variable here.
 _NOT_USED = re.compile(r"(?!\s*(?:[:.,\[;^=<>+*-]|\((?!\*)|/(?![/*])|AT\b))", re.IGNORECASE)
 #: A name behind an access word on the same line. Without it, `Final` in `METHOD Final` is a name.
 _NAME_FOLLOWS = re.compile(

@@ -39,7 +39,7 @@ class Resolving(Protocol):
 
 
 def type_of(types: Resolving, node: s.Expression | s.Call | s.Invoke) -> Type | None:
-    """Return the type of a variable, part of a variable, or type by its name; else None."""
+    """Return the type that a path names: of a variable, a part of it, or a type; else None."""
     if isinstance(node, s.Name):
         symbol = types.local.get(node.key) or types.globals.get(node.key)
         if symbol is not None:
@@ -72,7 +72,7 @@ def _lists(types: Resolving) -> Iterator[tuple[str, s.Section, Declared]]:
 def _declared(
     types: Resolving, sections: list[tuple[s.Section, Declared]], key: str
 ) -> Type | None:
-    """Return the type of a variable that is not declared yet; None without it."""
+    """Return the type of a variable that is not declared yet; None if there is none."""
     for section, declared in sections:
         for variable in section.variables:
             if key in (name.key for name in variable.names) and key not in types.under_way:

@@ -1,4 +1,4 @@
-"""A checked project, of which one POU can be checked and compiled again with another body."""
+"""A checked project in which a POU can be checked and compiled again with another body."""
 
 from __future__ import annotations
 

@@ -168,8 +168,8 @@ class _Checker:
     def changed(self, edits: tuple[Edit, ...]) -> tuple[str, tuple[s.Statement, ...]]:
         """Return the Python code of the changed statement, and the body with it.
 
-        The code is empty if it equals that of the original. Raise InputError if the statement is
-        not correct.
+        The code is empty if it equals the original code. Raise InputError if the statement is not
+        correct.
         """
         start = min(edit.span.start for edit in edits)
         index = max(k for k, span in enumerate(self._spans) if span.start <= start)

@@ -1,4 +1,4 @@
-"""The order to a run of pytest with a mutant, and its answer; both are JSON files."""
+"""The order for a run of pytest with a mutant, and the answer of the run; both are JSON files."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ class Reasons:
                 hint = f"write {', '.join(_ROW)}, each as a text"
                 line, text = (
                     line_of(file, "survivor", number),
-                    f"[[survivor]] {number} is not whole",
+                    f"[[survivor]] {number} is incomplete",
                 )
                 raise InputError(text, file=file, line=line, hint=hint)
         self._reasons: dict[tuple[str, str, str], str] = {}

@@ -1,4 +1,4 @@
-"""Runs of the user's tests: his command in its own process, or copies of one prepared process.
+"""Runs of the user's tests: the test command in a process, or in copies of a prepared process.
 
 The start of pytest takes most of the time of a run. If a process can copy itself, one process
 collects the tests once, and each mutant runs in a copy of it.
@@ -37,11 +37,11 @@ _LOOK_S = 0.2
 
 @dataclass(frozen=True)
 class PytestCommand:
-    """The user's test command in his folder.
+    """The user's test command, executed in the folder of the project.
 
     Attributes:
         command: Words that end in a run of pytest.
-        folder: His project.
+        folder: The user's project.
     """
 
     command: tuple[str, ...]
@@ -49,7 +49,7 @@ class PytestCommand:
 
     @classmethod
     def of(cls, words: Sequence[str], folder: Path) -> PytestCommand:
-        """Return the run of the words that the user types; `pytest` means that of this Python."""
+        """Return the command for the user's words; `pytest` means the pytest of this Python."""
         first, *rest = words
         command = [sys.executable, "-m", "pytest"] if first in _PYTEST else [first]
         return cls((*command, *rest), real(folder))
@@ -143,8 +143,7 @@ class _Copies:
 
     If a copy does not end, or ends without an answer, the mutant runs again in its own process. The
     first process connects to a socket, reads the path of an order from each line, and answers with
-    a
-    line when the copy for that order has ended.
+    a line when the copy for that order has ended.
     """
 
     def __init__(self, judge: Judge) -> None:
@@ -177,7 +176,7 @@ class _Copies:
         return False
 
     def _start(self) -> None:
-        self._given_up = True  # Until the process connects.
+        self._given_up = True  # overwritten when the process connects
         with socket.create_server(("127.0.0.1", 0)) as server:
             server.settimeout(_LOOK_S)
             folder = Path(mkdtemp(dir=self._judge.there))

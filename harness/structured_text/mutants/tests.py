@@ -1,4 +1,4 @@
-"""The tests of a user's project: the lines that each executes, and the state of their files."""
+"""The tests of a user's project: the lines that each test executes, and the state of its files."""
 
 from __future__ import annotations
 

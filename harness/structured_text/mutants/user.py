@@ -1,4 +1,4 @@
-"""The mutants of a user's program, and their verdicts by his tests."""
+"""The mutants of a user's program, and the verdicts of the user's tests on them."""
 
 from __future__ import annotations
 
@@ -77,8 +77,8 @@ class UserMutants:
             for node, files in said["ran"].items()
         }
         if not any(lines for files in ran.values() for lines in files.values()):
-            told = f"none of {len(ran)} tests runs anything of {self.files[0]}"
-            raise InputError(told, hint="name the files that the tests' cells are built of")
+            told = f"none of {len(ran)} tests executes a statement of {self.files[0]}"
+            raise InputError(told, hint="name the program files that the tests load")
         root = Path(said["root"])
         own = mutated | self._written
         return Tests(self._run.folder, root, ran, said["seconds"], said["listed"], own)

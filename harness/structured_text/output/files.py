@@ -43,7 +43,7 @@ def replace_files(contents: Mapping[Path, bytes | str]) -> None:
 
 
 class NewFiles:
-    """Files that are created before a long job, and named after it, inside `with`.
+    """Files that are created before a long job and get their names after it; used in `with`.
 
     The class never overwrites a file. If a file has appeared under the name meanwhile, it stays,
     and the result gets a free name beside it. `hint` is for a file that already exists.
@@ -101,7 +101,7 @@ class NewFiles:
 
 
 class OutputFile:
-    """A file that grows beside its place, if a file is there, and replaces it at the end.
+    """An output file that grows beside an existing file, and replaces it at the end.
 
     After an error the new file is removed, the previous one is unchanged, and further calls do
     nothing.

@@ -32,7 +32,7 @@ def _main(parent: int, command: list[str]) -> NoReturn:
 def _run(parent: int, command: list[str]) -> None:
     """Run the program until the parent ends, then terminate it."""
     os.set_inheritable(parent, False)
-    for number in _SIGNALS:  # meant for the program, or sent by the terminal
+    for number in _SIGNALS:  # the program handles these signals, not its guard
         signal.signal(number, signal.SIG_IGN)
     ended, waking = os.pipe()
     os.set_blocking(waking, False)
@@ -79,7 +79,7 @@ def _leave_with(pid: int) -> None:
         os._exit(code)
     import resource
 
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # no core file of the guard
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # the guard itself must not write a core file
     if -code != signal.SIGKILL:
         signal.signal(-code, signal.SIG_DFL)
     os.kill(os.getpid(), -code)

@@ -1,8 +1,8 @@
 """External programs: compilers, capture tools, tests. Only this module starts them.
 
 No program outlives this process, whether Ctrl-C, SIGTERM, SIGHUP or SIGKILL ends it. The process
-`guard` stands between the two and notices the end. A Python child that knows its parent ends with
-its standard input and needs no guard.
+`guard` between the two detects the end. A Python child that knows its parent ends with its standard
+input and needs no guard.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Program(subprocess.Popen[Any]):
             ours.close()  # ends the guard if it has started
             raise
         self._line = ours
-        if said not in (b"0", b""):  # empty: the guard was killed
+        if said not in (b"0", b""):  # an empty answer means that the guard was killed
             with self:
                 pass
             raise OSError(int(said), os.strerror(int(said)), words[0])

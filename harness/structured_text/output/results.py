@@ -53,8 +53,7 @@ class Results:
 
     Attributes:
         notice: A line for the user if the file was damaged: it was renamed, and its valid lines
-            were
-            copied to a new file.
+            were copied to a new file.
     """
 
     def __init__(

@@ -42,7 +42,7 @@ def prepare() -> None:
     """Make the standard streams usable, even if the caller has closed or replaced them.
 
     A closed stream becomes the null device. Otherwise the next opened file would get its number,
-    and so everything that is printed.
+    and receive everything that is printed.
     """
     _open_closed()
     sys.stdout = _known(sys.stdout, _Output)

@@ -140,7 +140,7 @@ def end_as_by_ctrl_c() -> list[int]:
         signal.signal(number, end)
 
     def leave() -> None:
-        """Restore the default in a copy of this process, which has nothing to clean up."""
+        """Restore default signal handling; a copy of this process has nothing to clean up."""
         for number in numbers:
             if signal.getsignal(number) is end:
                 signal.signal(number, signal.SIG_DFL)
@@ -213,10 +213,10 @@ def interrupt_main_thread() -> None:
 
 
 def end_apart(pid: int, *, has_ended: bool = False, number: int | None = None) -> None:
-    """End a process that may be apart; except on Windows, with its child processes.
+    """End a process that may have called `be_apart`, and its child processes (not on Windows).
 
-    If it `has_ended`, only its child processes are ended. A `number` is sent instead of SIGKILL,
-    and only to the process group.
+    If it `has_ended`, only its child processes are ended. If a `number` is given, this signal is
+    sent instead of SIGKILL, and only to the process group.
     """
     if sys.platform == "win32":
         if not has_ended:
@@ -288,8 +288,7 @@ def copy_ended(pid: int = -1) -> tuple[int, int | str, float]:
 
     Returns:
         Its process number, its exit code or the name of its signal (`time` if it took too long),
-        and
-        its processor time [s].
+        and its processor time [s].
     """
     if sys.platform == "win32":
         raise NotImplementedError
@@ -302,7 +301,7 @@ def copy_ended(pid: int = -1) -> tuple[int, int | str, float]:
 
 
 class PipedCopy:
-    """A copy of this process with another task, used like a `subprocess.Popen` with pipes.
+    """A copy of this process that executes another task; used like a `subprocess.Popen` with pipes.
 
     It starts in half the time of a new Python, and shares unmodified memory with this process.
     Ctrl-C does not reach it. Of this process's open files it has only standard error. This process

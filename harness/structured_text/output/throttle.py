@@ -24,7 +24,7 @@ class _Kind:
 
 
 class Throttle:
-    """A throttle that passes lines as long as they are few; the caller gives the time.
+    """A throttle that limits the rate of log lines; the caller gives the time.
 
     `burst` is the number of lines of a kind that pass at once.
     """

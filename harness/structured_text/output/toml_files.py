@@ -50,7 +50,7 @@ def parse_toml(text: str, path: Path) -> dict[str, Any]:
         raise InputError(f"not valid TOML: {error}", file=path) from error
     except (ValueError, RecursionError) as error:
         long = (n for n, one in enumerate(text.splitlines(), 1) if _TOO_LONG.search(one))
-        what = "has a number too long, or lists in lists too deep"
+        what = "contains a number with too many digits, or lists nested too deeply"
         raise InputError(what, file=path, line=next(long, None)) from error
     return content
 

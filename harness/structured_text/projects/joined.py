@@ -1,7 +1,7 @@
-"""Several projects at once, of which some are the libraries of others.
+"""Several projects at once, including projects that are libraries of others.
 
-A library's elements are known by their names, and with its namespace before them, which is left
-out of the sources. If two projects declare the same name, the library's element is renamed; the
+A project may name an element of a library with or without the library's namespace; the sources
+contain the bare name. If two projects declare the same name, the library's element is renamed; the
 library itself, and every project that names it with its namespace, then use the new name.
 """
 
@@ -17,7 +17,7 @@ from structured_text.projects.model import Foreign, Library, Lines, Piece, Proje
 
 __all__ = ["joined"]
 
-#: Comments and string literals, which are copied; then a name with the names before it.
+#: Matches a comment or string literal, which is copied, or a name with the names before it.
 _TOKEN = re.compile(
     r"(?P<other>\(\*.*?(?:\*\)|\Z)|//[^\n]*|/\*.*?(?:\*/|\Z)|'(?:\$.|[^$'\n])*'|\{[^}\n]*\})"
     r"|(?P<before>(?:[A-Za-z_]\w*\s*\.\s*)*|[\])^]\s*\.\s*)(?P<name>[A-Za-z_]\w*)",

@@ -26,7 +26,7 @@ _SAID = re.compile(
 )
 #: Names that the tools of the libraries know without a library.
 _BUILT_IN = ("ANY", "BIT", "FAILED", "HRESULT", "PVOID", "SUCCEEDED", "__SYSTEM", "__UXINT")
-#: What a message says instead of the names of many libraries.
+#: Text of a message in place of the names of many libraries.
 _OTHERS = "libraries that the project refers to"
 #: Number of names that a message lists.
 _LISTED = 8
@@ -69,8 +69,8 @@ def by_library(
 
     A missing name belongs to a library if the library is known to have it, or if a project has the
     name with the library's namespace. Other missing types and functions of a project that refers to
-    unread libraries may belong to any of these; they are one error, too. `declared` are names
-    of the project in upper case: their declarations have errors of their own.
+    unread libraries may belong to any of these libraries; they are reported as a single error.
+    `declared` are names of the project in upper case: their declarations have errors of their own.
     """
     found: list[InputError] = []
     groups: dict[str, list[tuple[str, InputError]]] = {}
@@ -87,7 +87,7 @@ def by_library(
 
 
 def _library(name: str, error: InputError, libraries: Sequence[Library]) -> str:
-    """Return the library that a missing name belongs to, or a list of them; else nothing."""
+    """Return the names of the libraries that may have a missing name, as text; empty if unknown."""
     referred = {library.name.upper(): library.name for library in libraries}
     spaces = {library.namespace.upper(): library.name for library in libraries}
     spaces |= {vendor.upper(): vendor for vendor in _vendors()} | spaces
@@ -108,7 +108,7 @@ def _library(name: str, error: InputError, libraries: Sequence[Library]) -> str:
 
 
 def _message(library: str, group: Sequence[tuple[str, InputError]]) -> InputError:
-    """Return the error for a library, at the first place that misses something of it."""
+    """Return the error for a library, at the first place that needs an element of it."""
     counts = Counter({name.upper(): 0 for name, _ in group})
     shown = {name.upper(): name for name, _ in reversed(group)}
     counts.update(name.upper() for name, _ in group)

@@ -88,7 +88,7 @@ def _look(file: Path) -> _File:
 
 @lru_cache(maxsize=1024)
 def _read(file: Path, stamp: int) -> _File:
-    """Return the names in a file; `stamp`, its time of change, makes the cache read it again."""
+    """Return the names in a file; a new time of change (`stamp`) makes the cache read it again."""
     code = _SAID.sub(" ", source_text(file)).upper()
     words = _NAME.findall(code)
     mentioned = frozenset(words)

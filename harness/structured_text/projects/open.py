@@ -92,7 +92,7 @@ def _read(file: Path, device: str) -> Project:
 
 
 def _of(dialect: str, file: Path) -> Project:
-    """Return the note that a file is of a dialect; empty for a format of several tools."""
+    """Return a project that only records the dialect of a file, unless the dialect is empty."""
     return Project(dialects=((dialect, file),) if dialect else ())
 
 
@@ -101,8 +101,8 @@ def project_sources(
 ) -> Sources:
     """Make sources from project files.
 
-    A replacement is a body, or a whole declaration, by the POU's name (`Block.Method` for a part of
-    a POU), or of the tasks (`Tasks`). `device`: see `read_project`.
+    `replaced` maps the name of a POU, or of a part of it (`Block.Method`), to a file with its body
+    or its whole declaration; `Tasks` is the name of the tasks. `device`: see `read_project`.
 
     Raises:
         InputError: As `read_project`. Also if a body has unsupported statements and is needed, or
@@ -172,7 +172,7 @@ def _foreign(
 
 
 def _readable(piece: Piece) -> Lines:
-    """Return the lines of a POU that can mention others, without the heads of unread parts."""
+    """Return the lines of a POU that can mention other POUs, without the heads of unread parts."""
     parts = tuple(part for part in piece.parts if not isinstance(part.body, Foreign))
     lines = tuple(line for part in parts for line in _readable(part))
     return (*piece.head, *lines, *(() if isinstance(piece.body, Foreign) else piece.body))

@@ -1,4 +1,4 @@
-"""PLCopen TC6 XML (2.00 and 2.01): of Beremiz, CODESYS, OpenPLC Editor and others.
+"""PLCopen TC6 XML (2.00 and 2.01) of Beremiz, CODESYS, OpenPLC Editor and others.
 
 CODESYS adds elements for features that the format lacks: methods, properties, interfaces and named
 lists of global variables. It also adds each declaration as plain text. The text contains more than
@@ -54,7 +54,8 @@ _QUALIFIERS = {
 _PLAIN = "InterfaceAsPlainText"
 #: Part of the names of additions in files of CODESYS.
 _CODESYS = "3s-software.com"
-#: Words in the header of a file, with the dialect of the tool; TwinCAT's come before CODESYS.
+#: Words in the header of a file, with the dialect of the tool. The words of TwinCAT are compared
+#: before those of CODESYS.
 _TOOLS = {
     "twincat": "twincat",
     "beckhoff": "twincat",

@@ -15,7 +15,7 @@ from structured_text.projects.xml import Element
 
 __all__ = ["choose_device"]
 
-#: Elements that make a device a program.
+#: A device with one of these elements has a program.
 _CONTENT = ("task", "pou", "globalVars", "pouInstance", "dataType", "Interface")
 
 

@@ -1,4 +1,4 @@
-"""The tasks in PLCopen TC6 XML: by an interval, by a variable, or by an event of a tool.
+"""The tasks in PLCopen TC6 XML, started by an interval, a variable, or an event of a tool.
 
 The element `task` has the interval or, as `single`, a variable. CODESYS adds `TaskSettings`, with
 the kind of task.
@@ -32,7 +32,7 @@ _TIME = re.compile(
 _LONGEST = 60
 #: A variable of the program, with its list or program before it.
 _VARIABLE = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*", re.ASCII)
-#: What starts a task, by CODESYS's kind of task; a cyclic one is not in here.
+#: The start of a task by CODESYS's kind of task; cyclic tasks are not in the table.
 _STARTS = {"event": EDGE, "status": LEVEL, "freewheeling": FREE, "externalevent": UNKNOWN}
 #: Settings with the event of a task.
 _EVENTS = ("Event", "EventVariable", "Variable", "Status", "StatusVariable", "ExternalEvent")
@@ -71,7 +71,7 @@ def _settings(element: Element) -> Element:
 
 
 def _start(element: Element) -> tuple[str, str]:
-    """Return what starts a task, and its variable or event; nothing for an interval."""
+    """Return the kind of start, and the variable or event; both empty for an interval."""
     settings = _settings(element)
     kind = settings.get("KindOfTask").lower().replace(" ", "")
     texts = (element.get("single"), *(settings.get(name) for name in _EVENTS))

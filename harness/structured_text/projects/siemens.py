@@ -149,8 +149,8 @@ def started(units: Sequence[Unit]) -> Project:
     at = one.piece.head[0].at
     task = ToolTask("", 0, None, ((one.name, one.name),), one.file, at)
     notes = tuple(
-        f"{unit.file}:{unit.piece.head[0].at}: {unit.name} does not run: what starts it, the "
-        "source does not say"
+        f"{unit.file}:{unit.piece.head[0].at}: {unit.name} does not run: the source does "
+        "not contain the event that starts it"
         for unit in blocks
         if unit is not one
     )
@@ -410,7 +410,7 @@ class _Reader:
             token.new = _blank(token.text)
         elif token.kind in ("quoted", "local"):
             if token.text.upper() == '"THIS"' and before == "." and after == "[":
-                # A data block that is an array: its elements are those of "THIS".
+                # If a data block is an array, its elements are written as elements of "THIS".
                 self._at(place - 1).new = token.new = ""
                 return
             token.new = _named(token)

@@ -91,7 +91,7 @@ class SourceFiles:
 
     @property
     def users(self) -> tuple[list[Path], list[Path]]:
-        """Return the user's files and those of the library, also library files named directly."""
+        """Return the user's own files, and the library's files, even if named by the user."""
         folder = real(self.folder) if self.folder is not None else None
         named = {file for file in self.own if folder in real(file).parents}
         return [file for file in self.own if file not in named], [*named, *self.lib]
@@ -154,7 +154,7 @@ def _dialect(given: str | None, said: Sequence[tuple[str, Path]], own: Sequence[
     """Return the dialect of a program, or raise InputError.
 
     The user's choice comes first, then the formats of the project's files, then the `apax.yml` of
-    SIMATIC AX. It is empty if none says a dialect.
+    SIMATIC AX. It is empty if none of these gives a dialect.
     """
     if found := rules_of(given).name if given else chosen():
         return found

@@ -25,11 +25,11 @@ __all__ = [
 NAME = "Tasks"
 
 
-#: What starts a task: a rising edge of a variable, a variable that is TRUE, the end of its last run
+#: Starts of a task: a rising edge of a variable, a variable that is TRUE, the end of the last run
 #: (freewheeling), or an event outside of the program, which never occurs here.
 EDGE, LEVEL, FREE, UNKNOWN = "edge", "level", "free", "unknown"
 
-#: The part of a note on a task that an event starts which is not simulated.
+#: Part of the note on a task that is started by an event which is not simulated.
 NEVER = "it never occurs here"
 
 
@@ -58,14 +58,14 @@ class ToolTask:
 
     @property
     def unknown(self) -> str:
-        """Return a note if it is started by an event that never occurs here; else nothing."""
+        """Return a note if an event starts the task that never occurs here; else an empty text."""
         if self.start != UNKNOWN:
             return ""
         programs = ", ".join(name for name, _ in self.programs)
         event = f"the event {self.event}" if self.event else "an event that the file does not name"
         return (
             f"{self.file}:{self.at}: {event} starts the task {self.name}; {NEVER}, "
-            f"so the task does not call {programs}; --replace {NAME}=file.st gives them another"
+            f"so the task does not call {programs}; give other tasks by --replace {NAME}=file.st"
         )
 
 
@@ -95,7 +95,7 @@ def by_event(tasks: Sequence[ToolTask]) -> tuple[list[ToolTask], Project]:
 
 
 def _caller(name: str, task: ToolTask) -> Lines:
-    """Return a program that calls the programs of a task when its variable says so."""
+    """Return a program that calls the programs of a task by an edge or level of its variable."""
     calls = [f"    {program}();" for _, program in task.programs]
     if task.start == LEVEL:
         texts = [f"  IF {task.event} THEN", *calls, "  END_IF;"]

@@ -28,7 +28,7 @@ __all__ = ["read_object", "read_plcproj", "read_tasks"]
 
 #: One day [µs]; no task of TwinCAT has a longer interval.
 _LONGEST_US = 86_400_000_000
-#: Libraries with blocks and types of the standard, or with built-in ones.
+#: Libraries with blocks and types of the standard, or with built-in blocks and types.
 _KNOWN = ("TC2_STANDARD", "TC2_SYSTEM", "TC3_MODULE")
 
 

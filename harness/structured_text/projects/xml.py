@@ -136,7 +136,7 @@ def _as_utf8(content: bytes, name: str, file: Path) -> bytes:
     key = re.sub(r"[-_ ]", "", name.lower())
     if key.startswith("utf16"):
         return content  # 8-bit characters cannot be UTF-16; this is UTF-8
-    hint = "export it again as UTF-8, or write in its first line which encoding it is of"
+    hint = "export it again as UTF-8, or declare its encoding in the first line"
     codec = _CODECS.get(key) or (name if _NARROW.fullmatch(key) else "unknown")
     try:
         return content.decode(codec).encode().removeprefix(codecs.BOM_UTF8)

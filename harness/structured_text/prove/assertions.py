@@ -65,11 +65,12 @@ def with_assertions(files: Sequence[Path], folder: Path) -> Copies:
     found: list[Assertion] = []
     for number, file in enumerate(files):
         text, assertions = _with_statements(file)
-        copy = folder / str(number) / file.name
+        lines = getattr(file, "lines", None)
+        # The copy of an extract is Structured Text, whatever the format of its project is.
+        copy = folder / str(number) / (file.name if lines is None else f"{file.name}.st")
         copy.parent.mkdir(parents=True)
         copy.write_text(text, encoding="utf-8")
-        lines = getattr(file, "lines", None)
-        if lines is not None:  # Extracted from a project file: use the line numbers of that file.
+        if lines is not None:  # the line numbers are those of a project file
             changed = zip(lines, text.splitlines(), strict=True)
             texts = tuple(replace(old, text=new) for old, new in changed)
             copy = Extract.make(copy, texts, unread=getattr(file, "unread", ()))

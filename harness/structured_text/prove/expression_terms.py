@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from functools import reduce
@@ -11,8 +10,6 @@ from typing import Any, Protocol
 
 import z3
 
-from structured_text.engines.builtin.runtime import NAMES, ProgramError
-from structured_text.engines.builtin.standard import settle, standard_call
 from structured_text.engines.builtin.storage import is_scalar
 from structured_text.language import tree as t
 from structured_text.language.dialects import rules_of
@@ -32,8 +29,8 @@ from structured_text.language.scalars import (
 )
 from structured_text.language.types import ArrayType, ElementaryType, Type, type_name
 from structured_text.language.values import array_length
-from structured_text.prove import overflow, reals, texts, values
-from structured_text.prove.logic import Bool, UnsupportedError, both, either, is_known, negated
+from structured_text.prove import known_calls, overflow, reals, texts, values
+from structured_text.prove.logic import Bool, UnsupportedError, both, is_known, logical, negated
 from structured_text.prove.overflow import Span, resized
 from structured_text.prove.symbolic_memory import Alternatives, Leaf
 from structured_text.prove.values import TIME_BITS, Value
@@ -233,7 +230,7 @@ class ExpressionTerms:
                 looked_at = True
             with self._machine.under(looked_at):
                 right = self.exact(node.right)
-            return _logic(op, left, right)
+            return logical(op, left, right)
         if name in ANY_REAL:
             return self._real(op, self.value(node.left), self.value(node.right), name)
         left, right = self.exact(node.left), self.exact(node.right)
@@ -273,7 +270,7 @@ class ExpressionTerms:
             self._machine.oblige("division", values.compare("=", right, 0, kind))
         result = values.combine(op, left, right, kind)
         if values.bits(kind) == TIME_BITS and not is_known(result) and op in "+-*":
-            self._machine.oblige("time", _overflows(op, left, right, kind))
+            self._machine.oblige("time", overflow.beyond_bits(op, left, right, kind))
         return result
 
     def _standard(self, node: t.Standard) -> Value:
@@ -287,7 +284,10 @@ class ExpressionTerms:
         )
         if not cut and name not in _OWN and all(values.concrete(value) for value in arguments):
             self._known(node, arguments)
-            return self._as_the_engine(node, arguments)
+            result, refused = known_calls.result(node, arguments, self._rules)
+            if refused:
+                self._machine.oblige(refused, True)
+            return result
         if "_TO_" in name:
             return self._conversion(node, arguments[0])
         if name in _CHAINS:
@@ -330,7 +330,7 @@ class ExpressionTerms:
         raise UnsupportedError(f"the standard function {name} is not supported")
 
     def _known(self, node: t.Standard, arguments: list[Value]) -> None:
-        """Record arithmetic with known arguments that may leave its type."""
+        """Record an operation with known arguments if its result may leave its type."""
         source, kind = node.arguments[0].type, node.type
         if not is_known(arguments[0]):
             return
@@ -347,24 +347,11 @@ class ExpressionTerms:
                 number = values.combine("/", number, self._rules.unit_ns(type_name(source)), _TIME)
             self._machine.computes(node, lambda _: overflow.conversion(number, source, kind))
 
-    def _as_the_engine(self, node: t.Standard, arguments: list[Value]) -> Value:
-        """Return the result for known arguments, computed with the code of the built-in engine.
-
-        If that code raises an error, record an obligation that is always broken here.
-        """
-        plain = [_plain(argument) for argument in arguments]
-        code = settle(standard_call(node, [_code(item) for item in plain], self._rules), node.type)
-        try:
-            return values.constant(node.type, eval(code, dict(NAMES)))
-        except (ArithmeticError, ValueError, ProgramError):
-            self._machine.oblige(_refusal(node.name), True)
-            return values.constant(node.type, "" if type_name(node.type) == "STRING" else 0)
-
     def _folded(self, op: str, arguments: list[Value], node: t.Standard) -> Value:
         result, kind = arguments[0], node.type
         for argument in arguments[1:]:
             if type_name(kind) == "BOOL":
-                result = _logic(op, result, argument)
+                result = logical(op, result, argument)
             elif isinstance(result, reals.Real):
                 name = type_name(kind)
                 result = reals.settled(self._real(op, result, argument, name), name)
@@ -559,52 +546,3 @@ _DINT, _TIME = ELEMENTARY["DINT"], ELEMENTARY["TIME"]
 
 #: Functions that this module folds itself, also with known arguments, without the engine's code.
 _OWN = ("AND", "OR", "XOR", "ADD", "MUL", "MOVE", "SEL", "MUX", "LEN", "CONCAT")
-
-
-def _refusal(name: str) -> str:
-    """Return the kind of the obligation of a function; the same for known and unknown arguments."""
-    if name in ("SHL", "SHR"):
-        return "shift"
-    if name in ("DIV", "MOD"):
-        return "division"
-    if name in ("LEFT", "RIGHT", "MID", "INSERT", "DELETE", "REPLACE"):
-        return "text"
-    return "conversion" if "_TO_" in name else "argument"
-
-
-def _plain(value: Value) -> Any:
-    """Return a known value in the representation of the engine."""
-    if isinstance(value, reals.Real):
-        return value.value
-    return texts.plain(value) if isinstance(value, texts.Text) else value
-
-
-def _code(value: Any) -> str:
-    """Return the Python code of a known value, including infinities and NaN."""
-    if isinstance(value, float) and not math.isfinite(value):
-        return f"float({str(value)!r})"
-    return f"({value!r})" if isinstance(value, (int, float)) and value < 0 else repr(value)
-
-
-def _logic(op: str, left: Bool, right: Bool) -> Bool:
-    if op == "AND":
-        return both(left, right)
-    if op == "OR":
-        return either(left, right)
-    if isinstance(left, bool):
-        return negated(right) if left else right
-    if isinstance(right, bool):
-        return negated(left) if right else left
-    return z3.Xor(left, right)
-
-
-def _overflows(op: str, left: Value, right: Value, kind: Type) -> Bool:
-    """Return the condition that the result does not fit the bit-vector of a TIME."""
-    a, b = values.scalar(kind, left), values.scalar(kind, right)
-    if op == "*":
-        fits = z3.And(z3.BVMulNoOverflow(a, b, True), z3.BVMulNoUnderflow(a, b))
-    elif op == "+":
-        fits = z3.And(z3.BVAddNoOverflow(a, b, True), z3.BVAddNoUnderflow(a, b))
-    else:
-        fits = z3.And(z3.BVSubNoOverflow(a, b), z3.BVSubNoUnderflow(a, b, True))
-    return z3.Not(fits)

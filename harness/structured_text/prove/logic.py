@@ -19,11 +19,12 @@ __all__ = [
     "either",
     "equal",
     "is_known",
+    "logical",
     "negated",
     "truth",
 ]
 
-#: The claim holds for all values; it fails for some values; the solver did not decide.
+#: Verdicts: the claim holds for all values, fails for some values, or is undecided.
 PROVED, REFUTED, UNKNOWN = "proved", "refuted", "unknown"
 
 #: `bool` or `z3.BoolRef`.
@@ -73,6 +74,19 @@ def either(*values: Bool) -> Bool:
     if not rest:
         return False
     return rest[0] if len(rest) == 1 else z3.Or(*rest)
+
+
+def logical(op: str, left: Bool, right: Bool) -> Bool:
+    """Return AND, OR or XOR of two values."""
+    if op == "AND":
+        return both(left, right)
+    if op == "OR":
+        return either(left, right)
+    if isinstance(left, bool):
+        return negated(right) if left else right
+    if isinstance(right, bool):
+        return negated(left) if right else left
+    return z3.Xor(left, right)
 
 
 def equal(left: Any, right: Any) -> Bool:

@@ -34,7 +34,7 @@ class Names:
         self._around = around
 
     def told(self, model: Any, variable: Any) -> str:
-        """Return `Main.Stage = CELL_IDLE` for a variable of the solver.
+        """Return a variable of the solver with its value, as in `Main.Stage = CELL_IDLE`.
 
         The result is empty for a variable that is not in the program, such as the clock or the
         inner state of a timer.

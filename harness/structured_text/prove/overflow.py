@@ -22,6 +22,7 @@ __all__ = [
     "Operation",
     "Span",
     "arithmetic",
+    "beyond_bits",
     "conversion",
     "negation",
     "outside",
@@ -145,6 +146,18 @@ def _product(left: Value, right: Value, low: int, high: int, kind: Type) -> Bool
         inside.append(z3.BVMulNoUnderflow(left, right))
     fits = z3.And(*inside)
     return either(z3.Not(fits), _outside(left * right, low, high, kind))
+
+
+def beyond_bits(op: str, left: Value, right: Value, kind: Type) -> Bool:
+    """Return the condition that a signed result (+ - *) does not fit the bit-vector of its type."""
+    a, b = values.scalar(kind, left), values.scalar(kind, right)
+    if op == "*":
+        fits = z3.And(z3.BVMulNoOverflow(a, b, True), z3.BVMulNoUnderflow(a, b))
+    elif op == "+":
+        fits = z3.And(z3.BVAddNoOverflow(a, b, True), z3.BVAddNoUnderflow(a, b))
+    else:
+        fits = z3.And(z3.BVSubNoOverflow(a, b), z3.BVSubNoUnderflow(a, b, True))
+    return z3.Not(fits)
 
 
 def negation(value: Value, kind: Type, time: Span) -> Bool:

@@ -30,10 +30,10 @@ STEADY: Key = ("steady", "", 0)
 _TITLES = {
     "once": "no block of the library is called twice in a scan",
     "steady": "no block of the library is left out while it is Busy",
-    "index": "the index is inside of the array",
+    "index": "each index is inside its array",
     "division": "nothing is divided by 0",
-    "conversion": "the value fits what it is converted to",
-    "argument": "the function takes its arguments",
+    "conversion": "each converted value fits its target type",
+    "argument": "each argument of a function is legal",
     "shift": "nothing is shifted by a number below 0",
     "text": "lengths and positions in texts are legal",
     "time": "no duration leaves its range",
@@ -55,8 +55,8 @@ class Library:
 
     Attributes:
         areas: Blocks that begin (`read`) and end (`write`) the scan of their user, by upper-case
-            name. Each may be called only once in a scan, and every busy block must be called in a
-            scan that ends.
+            name. Each may be called only once in a scan. In a scan that calls `write`, every busy
+            block must be called.
         reference: The name of a structure that only the library may write; empty if there is none.
         milliseconds: The name of a function that counts the milliseconds of a duration in a long
             loop.
@@ -68,12 +68,12 @@ class Library:
     reference: str = ""
     milliseconds: str = ""
     counts: str = ""
-    calls: str = "A call of the library's blocks may do anything to what it is given."
+    calls: str = "A call of the library's blocks may change its arguments in any way."
 
 
 @dataclass(frozen=True)
 class Watch:
-    """The observer that says, for each scan, under which condition each property is broken."""
+    """An observer of scans that returns the condition under which a scan breaks each property."""
 
     project: Project
     copies: Copies
@@ -107,7 +107,7 @@ class Watch:
                     yield place
 
     def broken(self, machine: ProgramMachine, before: Mapping[Path, Any]) -> dict[Key, Bool]:
-        """Return when each property is broken in the scan that has just run.
+        """Return the condition under which each property is broken in the scan that has just run.
 
         `before` is the memory before that scan.
         """
@@ -121,7 +121,7 @@ class Watch:
         return found
 
     def wraps(self, machine: ProgramMachine) -> dict[Key, tuple[str, Bool]]:
-        """Return the user's arithmetic by line: its text, and when it leaves its type."""
+        """Return the user's arithmetic by line: its text, and when its result leaves the type."""
         found: dict[Key, tuple[str, Bool]] = {}
         for one in machine.operations:
             when = one.when() if one.file in self.copies.originals else False

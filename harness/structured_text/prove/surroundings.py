@@ -53,8 +53,7 @@ class Surroundings:
     """A project's programs with all inputs that may change from outside.
 
     This class is a program without a process image: only its inputs change. A derived class sets
-    more
-    in `give_areas`, and returns the places it sets in `held`.
+    more in `give_areas`, and returns the places it sets in `held`.
 
     Attributes:
         inputs: Variables that no program writes, for example those of a panel or a scanner.

@@ -165,7 +165,10 @@ def prove(sources: SourceFiles, settings: Settings, bench: Bench) -> tuple[list[
     with TemporaryDirectory() as folder:
         copies = with_assertions(own, Path(folder))
         try:
-            project = load([in_dialect(file, sources.dialect) for file in copies.files] + library)
+            copies = replace(
+                copies, files=tuple(in_dialect(file, sources.dialect) for file in copies.files)
+            )
+            project = load([*copies.files, *library])
             refuse(project.uses, bench.name, TRANSLATED)
         except InputError as error:
             raise _told_of_original(bench.blame(error), copies) from None
@@ -189,7 +192,7 @@ def _told_of_original(error: InputError, copies: Copies) -> InputError:
 
 @dataclass
 class _Step:
-    """A scan from an arbitrary state: when it breaks each property, and the state before it."""
+    """A scan from an arbitrary state: conditions that break properties, and the state before."""
 
     machine: ProgramMachine
     before: Mapping[Place, Any]
@@ -222,8 +225,8 @@ class _Work:
     def results(self) -> list[Result]:
         """Return the results of all properties, after all methods have been tried.
 
-        Programs of several intervals are only searched, because induction considers every scan
-        alike.
+        Programs with several task intervals are only searched, because induction considers every
+        scan alike.
         """
         inner = [self._inner(self.bench.library.reference)] if self.bench.library.reference else []
         for key in self.watch.always:
@@ -260,7 +263,7 @@ class _Work:
         except UnsupportedError as error:
             self._note(f"not decided: {error}")
 
-    # --- what the source says ---
+    # --- properties of the source text ---
 
     def _inner(self, reference: str) -> Result:
         found = sorted(set(inner_written(self.project, self.copies, reference)))
@@ -342,7 +345,7 @@ class _Work:
             self._proved(key, result)
         elif found == z3.sat:
             state = _state(solver.model(), broken, Names(step.machine, self.around))
-            note = f"one scan breaks it from a state that no run may come to: {state}"
+            note = f"one scan breaks it from a state that may be unreachable: {state}"
             self.open[key] = replace(self.open[key], note=note)
         elif not self.open[key].note:
             self.open[key] = replace(self.open[key], note="not decided within the limit")
@@ -357,7 +360,8 @@ class _Work:
         says = title(key, self.copies)
         if key in self._operations:
             says += f": {self._operations[key]}"
-        return Result(f"{kind} {Path(file).name}:{line}" if file else kind, says, at)
+        name = Path(self.copies.original(file)).name if file else ""
+        return Result(f"{kind} {name}:{line}" if file else kind, says, at)
 
     def _note(self, text: str) -> None:
         for key, one in self.open.items():

@@ -27,7 +27,7 @@ COVERAGE: dict[str, dict[str, Any]] = {
     },
     "cover_fail_under": {
         "metavar": "PERCENT",
-        "help": "fail where less of statements and branches is covered",
+        "help": "fail if fewer statements and branches are covered",
     },
 }
 

@@ -50,7 +50,7 @@ class Gathering(ABC):
             self._parts.append(json.loads(part))
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
-        """Hand over the part of this process, or report if it is the controller."""
+        """Hand over this process's part to the controller; in the controller, report."""
         part = part_of(self._collector)
         output = getattr(session.config, "workeroutput", None)
         if output is not None:

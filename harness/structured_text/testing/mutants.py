@@ -38,7 +38,7 @@ def start(config: pytest.Config, order_file: Path) -> None:
     """Execute the order in this run."""
     order = Order.read(order_file)
     _place_outputs(config, order)
-    if hasattr(config.option, "numprocesses"):  # xdist: this process only
+    if hasattr(config.option, "numprocesses"):  # no worker processes of xdist
         config.option.numprocesses, config.option.dist, config.option.tx = None, "no", []
     # Import by name, since the package has a function of the same name.
     chooser: Any = import_module("structured_text.engines.load")

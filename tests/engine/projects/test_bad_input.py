@@ -1,4 +1,4 @@
-"""Project files that cannot be read: one message each, with file and line, and exit code 2."""
+"""Project files that cannot be read give one message with file and line, and exit code 2."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ def test_what_cannot_be_read_is_told_with_its_line(
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "iso-8859-1"])
 def test_xml_is_read_in_the_encoding_that_it_names(encoding: str, tmp_path: Path) -> None:
-    """A file that names UTF-16 and is UTF-8, as .NET writes it, is read, too."""
+    """A file that names UTF-16 but is UTF-8, as .NET writes it, is read, too."""
     name = "utf-8" if encoding == "utf-8-sig" else encoding
     text = (_DATA / "beremiz.xml").read_text(encoding="utf-8").replace("starts", "fängt")
     file = tmp_path / "a.xml"

@@ -1,7 +1,7 @@
-"""Projects in the habits of four tools, each with a robot beside its machine.
+"""Projects in the style of four tools, each with a robot beside its machine.
 
-The constructs are those of public projects of machines, rebuilt: a machine's file of each tool,
-as the tool writes it, and beside it one block of the user's for the robot (`data/Robot_Cell.st`).
+The constructs come from public projects of machines and are rebuilt here. For each tool there is a
+machine's file as the tool writes it, and a block of the user for the robot (`data/Robot_Cell.st`).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from structured_text.projects.open import project_sources
 _ROBOT = Path(__file__).parent / "data/Robot_Cell.st"
 _POINT = (120_000, -45_000, 30_000, 0, 0, 0)
 
-# --- CODESYS: the text of each object in a file of its own, as it stands in the editor ------------
+# --- CODESYS: the text of each object in a file of its own, as shown in the editor ----------------
 
 _CODESYS = {
     "E_Stage.st": "{attribute 'qualified_only'}\r\n{attribute 'strict'}\r\n\r\n// of the sorter\r\n"
@@ -181,7 +181,7 @@ _PLCPROJ = (
     "  </ItemGroup>\n</Project>\n"
 )
 
-# --- Rockwell: an instruction with a prescan, a timer of ladder's, a ladder that is replaced ------
+# --- Rockwell: an instruction with a prescan, a ladder timer, a replaced ladder routine -----------
 
 _L5X = """\
 <?xml version="1.0" encoding="UTF-8" standalone="yes"?>
@@ -384,7 +384,7 @@ def _cell(files: list[Path], replace: dict[str, str | Path] | None = None) -> Ce
 
 
 def _arrived(cell: Cell, moves: int) -> None:
-    """Check that the robot received this many telegrams and reached its point.
+    """Check that the robot received this number of telegrams and reached its point.
 
     Source: chapter 5, 4.1: the code, its options, two words of the speed, the point.
     """
@@ -396,7 +396,7 @@ def _arrived(cell: Cell, moves: int) -> None:
 
 
 def test_codesys_texts_of_objects_without_their_end(tmp_path: Path) -> None:
-    """Types, lists, a block in a list's block, a function that returns nothing."""
+    """The project has types, lists, a block in a list's block, and a function without a result."""
     files = [_write(tmp_path, name, text) for name, text in _CODESYS.items()]
     files.append(_write(tmp_path, "Task.st", _TASK.format(main="PLC_PRG")))
     with _cell(files) as cell:
@@ -416,7 +416,7 @@ def test_codesys_texts_of_objects_without_their_end(tmp_path: Path) -> None:
 
 
 def test_twincat_stations_behind_interfaces(tmp_path: Path) -> None:
-    """The tasks of the project give way to those of the user's CONFIGURATION."""
+    """The user's CONFIGURATION replaces the tasks of the project."""
     names = ""
     for name, (tag, inside) in _TWINCAT.items():
         text = _OBJECT.format(tag=tag, name=Path(name).stem, inside=inside)
@@ -438,7 +438,10 @@ def test_twincat_stations_behind_interfaces(tmp_path: Path) -> None:
 
 
 def test_rockwell_with_its_ladder_replaced(tmp_path: Path) -> None:
-    """ATAN(2) = 1.107: 20.0 * 1.5 + 1.107 is above the limit of 20; ATAN(1) + 3.0 is not."""
+    """With ATAN(2) = 1.107, 20.0 * 1.5 + 1.107 is above the limit of 20.
+
+    ATAN(1) + 3.0 is below it.
+    """
     project = _write(tmp_path, "plant.L5X", _L5X)
     body = "Check();\nDelay.DN := Delay.ACC >= Delay.PRE;\nRobot(Release := Above);\n"
     own = _write(tmp_path, "main.st", body)
@@ -459,7 +462,7 @@ def test_rockwell_with_its_ladder_replaced(tmp_path: Path) -> None:
 
 
 def test_siemens_blocks_data_blocks_and_tags(tmp_path: Path) -> None:
-    """Timers and an array as data blocks of their own, in another file than what calls them."""
+    """Timers and an array are data blocks in another file than the code that calls them."""
     tags = "startCMD, limitSwitch, ultrasonic, relay : BOOL;"
     files = [
         _write(tmp_path, "Gate.scl", _GATE),
@@ -484,7 +487,7 @@ def test_siemens_blocks_data_blocks_and_tags(tmp_path: Path) -> None:
 
 
 def test_a_ladder_beside_a_replaced_body_is_named_in_its_own_file(tmp_path: Path) -> None:
-    """The line number belongs to the project, not to the user's file."""
+    """The line number refers to the project, not to the user's file."""
     ladder = _L5X.replace("MainRoutineName", "Main", 0).replace(
         '<Routine Name="Check"', '<Routine Name="Spare" Type="RLL"/>\n<Routine Name="Check"'
     )

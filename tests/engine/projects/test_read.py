@@ -1,7 +1,7 @@
-"""Reading the files of PLC tools: their Structured Text, line by line.
+"""Structured Text is read line by line from the files of PLC tools.
 
 The files in `data` have the constructs of projects that CODESYS, Beremiz, TwinCAT 3, Studio 5000
-and TIA Portal write, as public projects show them, in as few lines as possible.
+and TIA Portal write, in as few lines as possible. Public projects show these constructs.
 """
 
 from __future__ import annotations
@@ -153,7 +153,7 @@ END_FUNCTION_BLOCK
 
 
 def test_rockwell_converts_as_logix_does(tmp_path: Path) -> None:
-    """An instruction is called with its instance first; numbers convert by themselves.
+    """The instance of an instruction is its first argument. Numbers convert implicitly.
 
     Source: Rockwell 1756-PM007, assignment and data types; 1756-PM010, parameters.
     """
@@ -252,7 +252,7 @@ END_FUNCTION_BLOCK
 def test_each_line_is_where_it_stands_in_the_file(
     file: str, text: str, place: tuple[int, int]
 ) -> None:
-    """Line and column of messages: counted by hand in the file."""
+    """The expected lines and columns of messages are counted by hand in the file."""
     replaced = {"FB_Lamp": _DATA / "lamp.st"} if file == "codesys.xml" else {}
     for source in project_sources([_DATA / file], replaced).paths:
         lines = source_text(source).splitlines()
@@ -264,7 +264,7 @@ def test_each_line_is_where_it_stands_in_the_file(
 
 
 def test_codesys_arrays_of_open_length(tmp_path: Path) -> None:
-    """CODESYS writes such an array as a pointer, and says in its own data what it is."""
+    """CODESYS writes such an array as a pointer. Its own data contain the real type."""
     file = tmp_path / "open.xml"
     file.write_text(
         '<project xmlns="http://www.plcopen.org/xml/tc6_0200"><types><pous>'
@@ -283,7 +283,7 @@ def test_codesys_arrays_of_open_length(tmp_path: Path) -> None:
 
 
 def test_codesys_writes_a_variable_of_open_length_as_an_input(tmp_path: Path) -> None:
-    """Its own data say that it is a VAR_IN_OUT, which the body may write."""
+    """The data of CODESYS say that the variable is a VAR_IN_OUT, which the body may write."""
     scope = '<Attribute Name="variable_length_array_original_scope" Value="Inout" />'
     file = tmp_path / "open.xml"
     file.write_text(

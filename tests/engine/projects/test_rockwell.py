@@ -1,4 +1,4 @@
-"""An L5X runs as in a Logix controller: timers, the order of operators, values of instances."""
+"""An L5X runs as in a Logix controller: timers, order of operators, values of instances."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _timer(folder: Path, preset: int, *, accumulated: int = 0) -> Program:
 
 
 def test_tonr_counts_whole_milliseconds_and_loses_no_part_of_one(tmp_path: Path) -> None:
-    """Called every 0.4 ms it is done after 5.2 ms, the first call that is not before 5 ms.
+    """With a call every 0.4 ms it is done after 5.2 ms, in the first call at or after 5 ms.
 
     Source: Rockwell 1756-RM003, TONR: the accumulator has units of 1 ms; DN is set when ACC is
     greater than or equal to PRE.
@@ -123,7 +123,7 @@ def test_the_power_comes_before_the_sign(tmp_path: Path, expression: str, value:
 
 
 def test_an_instance_begins_with_the_values_of_its_tag(tmp_path: Path) -> None:
-    """Values that a call does not give stay for good; 0 is a value, too.
+    """Values that a call does not pass stay for good. 0 is a value, too.
 
     Source: Rockwell 1756-PM010, parameters: the value of a parameter that is not required is that
     of the instance's tag.
@@ -141,7 +141,7 @@ def test_an_instance_begins_with_the_values_of_its_tag(tmp_path: Path) -> None:
 
 
 def test_the_largest_real_is_taken_as_tools_write_it(tmp_path: Path) -> None:
-    """With 9 digits the number is slightly above the largest REAL, and is rounded to it.
+    """With 9 digits the number is slightly above the largest REAL, and is rounded down to it.
 
     Source: IEEE 754, rounding to nearest: the largest single is 16#7F7FFFFF, (2 - 2^-23) * 2^127.
     """
@@ -156,7 +156,7 @@ def test_the_largest_real_is_taken_as_tools_write_it(tmp_path: Path) -> None:
 
 
 def test_tags_keep_their_values_without_power_but_for_what_a_prescan_sets(tmp_path: Path) -> None:
-    """The images represent tags of a module. A timer restarts with the preset of its tag.
+    """The images are tags of a module. A timer restarts with the preset of its tag.
 
     Source: Rockwell 1756-PM010, Prescan routine: it initialises what was kept from before.
     """
@@ -169,7 +169,7 @@ def test_tags_keep_their_values_without_power_but_for_what_a_prescan_sets(tmp_pa
 
 
 def test_an_alias_of_an_instruction_is_its_local_tag(tmp_path: Path) -> None:
-    """An input reaches the local tag before the logic, an output shows it behind the logic."""
+    """An input reaches the local tag before the logic. An output is copied after the logic."""
     file = tmp_path / "cell.L5X"
     text = (
         _L5X.replace(

@@ -1,4 +1,4 @@
-"""Projects of PLC tools run and are checked as they are; what replaces a body of theirs."""
+"""Projects of PLC tools run and are checked unchanged, or with bodies that the user replaces."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from structured_text.projects.open import project_sources
 
 _DATA = Path(__file__).parent / "data"
 
-#: Main calls Lamp, whose body is in ladder; nothing calls Spare.
+#: Main calls Lamp, which has a body in ladder. Spare is not called.
 _LADDER = """\
 <project xmlns="http://www.plcopen.org/xml/tc6_0200"><types><pous>
 <pou name="Main" pouType="program">
@@ -56,7 +56,7 @@ def test_a_program_of_beremiz_runs_at_its_tasks_interval() -> None:
 def test_a_body_in_another_language_is_named(
     ladder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The rest is checked; a program that calls the block does not run.
+    """The rest is checked. A program that calls the block does not run.
 
     Source: docs/how-to/projects.md.
     """
@@ -99,7 +99,7 @@ def test_a_body_is_replaced_by_one_of_the_users_or_by_a_whole_block(
 def test_a_mistake_in_a_replacing_body_is_told_in_its_file(
     ladder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The message has the line in the user's file, although the interface is the project's."""
+    """The message has the line in the user's file, although the interface is from the project."""
     own = ladder.with_name("lamp.st")
     own.write_text("Q := Lit;\nQ := Nothing;\n", encoding="utf-8")
     assert main(["check", str(ladder), "--replace", f"Lamp={own}"]) == 2
@@ -148,7 +148,7 @@ def test_a_replacement_needs_a_project(capsys: pytest.CaptureFixture[str]) -> No
 
 
 def test_what_was_taken_out_of_a_file_is_a_value() -> None:
-    """The value can be passed between processes and caches; the file itself cannot."""
+    """The value can be passed between processes and caches, which the file itself cannot."""
     paths = project_sources([_DATA / "beremiz.xml"], {}).paths
     assert pickle.loads(pickle.dumps(paths)) == paths
     assert len({*paths, _DATA / "beremiz.xml"}) == len(paths) + 1
@@ -156,7 +156,7 @@ def test_what_was_taken_out_of_a_file_is_a_value() -> None:
 
 
 def test_a_process_image_may_be_inside_a_block(tmp_path: Path) -> None:
-    """A PROGRAM of some tools has no variables that last: its data are in a block.
+    """In some tools, a PROGRAM has no static variables, so that its data are in a block.
 
     Source: docs/how-to/projects.md: where the areas are.
     """
@@ -175,7 +175,7 @@ def test_a_process_image_may_be_inside_a_block(tmp_path: Path) -> None:
 def test_check_writes_interfaces_of_what_is_missing_once(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A file that exists is never replaced; the sources that it belongs to are checked with it.
+    """An existing file is never replaced, and the sources in its folder are checked with it.
 
     Source: rcx check --help, --stubs.
     """
@@ -192,5 +192,5 @@ def test_check_writes_interfaces_of_what_is_missing_once(
     (stubs / "FB_Gate.st").write_text(f"{written}(* mine *)\n", "utf-8")
     capsys.readouterr()
     assert main(["check", str(file), "--stubs", str(stubs)]) == 2
-    assert "FB_Gate.st: is there already; nothing was written" in capsys.readouterr().err
+    assert "FB_Gate.st: already exists; nothing was written" in capsys.readouterr().err
     assert (stubs / "FB_Gate.st").read_text("utf-8").endswith("(* mine *)\n")

@@ -1,4 +1,4 @@
-"""Differences that count between a recorded and a virtual controller."""
+"""The comparison of a recorded and a virtual controller reports the differences that matter."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Recordings to compare: their longest duration."""
+"""Recordings to compare have a longest duration."""
 
 from __future__ import annotations
 

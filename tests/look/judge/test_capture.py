@@ -1,4 +1,4 @@
-"""Capture files: link types, tags, times, and packets that are counted and not read."""
+"""Capture files have link types, tags, times, and packets that are counted but not read."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def _read(path: Path) -> tuple[Capture, list[Packet]]:
     ],
 )
 def test_every_link_type_is_read_alike(tmp_path: Path, link: int, tags: tuple[int, ...]) -> None:
-    """Ethernet fills short frames up: what is behind the datagram is not of it.
+    """Ethernet pads short frames. The bytes after the datagram do not belong to it.
 
     Source: tcpdump.org, link-layer header types; IEEE 802.1Q; RFC 791, RFC 768.
     """
@@ -55,7 +55,7 @@ def test_a_segment_has_its_sequence_number_and_flags(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", ["pcap", "nanoseconds", "pcapng"])
 def test_times_are_microseconds_from_the_first_packet(tmp_path: Path, kind: str) -> None:
-    """Files count microseconds or nanoseconds; pcapng says which, interface by interface.
+    """Files count microseconds or nanoseconds. In pcapng, each interface has its own unit.
 
     Source: pcap and pcapng file formats (IETF opsawg drafts).
     """
@@ -75,7 +75,7 @@ def test_times_are_microseconds_from_the_first_packet(tmp_path: Path, kind: str)
 @pytest.mark.parametrize(
     ("packet", "kind", "told"),
     [
-        (bytes(40), 0x86DD, "IPv6, which EtherNet/IP has not"),
+        (bytes(40), 0x86DD, "IPv6, which EtherNet/IP does not use"),
         (bytes(28), 0x0806, "no IP"),
         (bytes(28), 0x8864, "no IP"),
         (ip("10.0.0.1", "10.0.0.2", 1, bytes(8)), 0x0800, "other protocols"),
@@ -90,9 +90,9 @@ def test_times_are_microseconds_from_the_first_packet(tmp_path: Path, kind: str)
 def test_unread_packets_are_counted_by_their_kind(
     tmp_path: Path, packet: bytes, kind: int, told: str
 ) -> None:
-    """0x0806 is ARP, 0x8864 PPPoE.
+    """0x0806 is ARP, 0x8864 is PPPoE.
 
-    Fragments are a first part with more to come, and a later part.
+    The fragments are a first part with more to come, and a later part.
     """
     file = pcap(tmp_path / "one.pcap", [(0, framed(packet, kind=kind)), (1, framed(DATAGRAM))])
     capture, packets = _read(file)
@@ -138,7 +138,7 @@ def test_a_wrong_capture_is_refused(tmp_path: Path, content: bytes, message: str
 
 
 def test_a_link_type_that_is_not_known_is_named(tmp_path: Path) -> None:
-    """105 is IEEE 802.11.
+    """Link type 105 is IEEE 802.11.
 
     Source: tcpdump.org, link-layer header types.
     """

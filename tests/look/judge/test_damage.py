@@ -1,4 +1,4 @@
-"""Recordings that are damaged: every command that reads them says so, and ends with 2."""
+"""Every command reports a damaged recording and ends with exit code 2."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rcx_harness.trace import read_trace
 from structured_text.errors import InputError
 
 Captured = pytest.CaptureFixture[str]
-_HEADER, _RECORD = 24, 16  # of a pcap file, and before each packet
+_HEADER, _RECORD = 24, 16  # sizes of the header of a pcap file, and of the header of each packet
 _COMMANDS = ["judge {} --quiet", "compare {} --quiet", "view {} -o page.html"]
 
 
@@ -26,7 +26,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def _story() -> Story:
-    """Return a story of a controller in AUTO mode without any request."""
+    """Return a capture of a controller in AUTO mode without any request."""
     story = Story()
     story.open(0)
     for k in range(1, 31):
@@ -35,7 +35,7 @@ def _story() -> Story:
 
 
 def _places(data: bytes | bytearray) -> list[int]:
-    """Return where the records of a pcap file begin."""
+    """Return the positions of the records of a pcap file."""
     found, at = [], _HEADER
     while at < len(data):
         found.append(at)
@@ -112,7 +112,7 @@ def test_a_wrong_block_length_is_reported(here: Path, capsys: Captured, command:
 
 
 def test_compare_reports_missing_packets(here: Path, capsys: Captured) -> None:
-    """The file is whole, the packets of 20 ms are not in it: their numbers say so.
+    """The file is complete, but packets for 20 ms are missing, as the packet numbers show.
 
     Source: a defect report: a hole in the middle.
     """

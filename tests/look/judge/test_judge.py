@@ -1,4 +1,4 @@
-"""Rules, response times and plain language from recordings of a PLC and a controller."""
+"""Recordings of a PLC and a controller are judged: rules, response times and a summary."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ from rcx_harness.look.judge.text import as_json, summary
 from rcx_harness.trace.chart import text_chart
 from structured_text.errors import InputError
 
-#: Bytes 32 and 33 to the PLC: CPU_OK, MP RDY, AUTO mode; with the servos; in emergency stop.
+#: Bytes 32 and 33 to the PLC: CPU_OK, MP RDY, AUTO mode; also with servos on, and in emergency
+#: stop.
 IDLE, SERVO = 0x0112, 0x0116
 MS = 1_000
 
 
 class Recording:
-    """A PLC and a controller, described by their changes; both repeat their areas every 10 ms."""
+    """A PLC and a controller, described by their changes. Both repeat their areas every 10 ms."""
 
     def __init__(self) -> None:
         self.story = Story()
@@ -36,13 +37,13 @@ class Recording:
             self.story.both(self._now_us, self._si, self._so)
 
     def plc(self, at_us: int, dedicated: int, words: dict[int, int] | None = None) -> None:
-        """Change what the PLC writes from this time on."""
+        """Change the PLC's area from this time on."""
         self.until(at_us - 10 * MS)
         self._si = area(words, dedicated)
         self.until(at_us)
 
     def robot(self, at_us: int, dedicated: int, words: dict[int, int] | None = None) -> None:
-        """Change what the controller shows from this time on, 0.5 ms after a packet of the PLC."""
+        """Change the controller's area from this time on, 0.5 ms after a packet of the PLC."""
         self.until(at_us - 10 * MS)
         self._so = area(words, dedicated)
         self.until(at_us)
@@ -60,7 +61,7 @@ class Verdict:
 
     @property
     def rules(self) -> list[str]:
-        """Return the rules that were broken."""
+        """Return the names of the broken rules."""
         return [one.rule for one in self.result.findings]
 
     @property
@@ -69,15 +70,15 @@ class Verdict:
         return "\n".join(one.text for one in self.result.findings)
 
     def times(self, what: str) -> tuple[int, int, int]:
-        """Count, median and longest of a kind of answers."""
+        """Return count, median and maximum of a kind of response time."""
         found = self.result.followers[1].times[what]
         return found.count, found.percentile_us(0.5), found.longest_us
 
 
 def _powered() -> Recording:
-    """Return a recording: SI(00) ON at 200 ms, SI(06) at 400 ms, SI(01) at 600 ms.
+    """Return a recording with SI(00) ON at 200 ms, SI(06) at 400 ms and SI(01) at 600 ms.
 
-    Servos on at 650 ms.
+    The servos are on at 650 ms.
     """
     made = Recording()
     made.plc(200 * MS, 0x01)
@@ -89,7 +90,7 @@ def _powered() -> Recording:
 
 
 def _moved(made: Recording, at_us: int = 1_000 * MS) -> None:
-    """Add MOVE, PTP to point 19: data, code, run after 20 ms, end after 300 ms more, reset."""
+    """Add MOVE, PTP to point 19: data, code, run after 20 ms, end 300 ms later, reset."""
     data = {8: 19}
     made.plc(at_us - 20 * MS, 0x41, data)
     made.plc(at_us, 0x41, {0: 1, **data})
@@ -117,9 +118,9 @@ def test_a_good_start_and_a_good_movement_break_no_rule(tmp_path: Path) -> None:
 
 
 def test_response_times_are_those_of_the_packets(tmp_path: Path) -> None:
-    """Two movements: code to 16#0100 20.5 ms, to the end 300 ms more, reset 10.5 ms.
+    """Two movements take 20.5 ms to 16#0100, 300 ms more to the end, and 10.5 ms for the reset.
 
-    The controller's packets are half a millisecond behind the PLC's.
+    The controller's packets come half a millisecond after the PLC's packets.
     """
     made = _powered()
     _moved(made)
@@ -139,7 +140,9 @@ def test_response_times_are_those_of_the_packets(tmp_path: Path) -> None:
 
 
 def test_each_dedicated_answer_is_timed_and_what_has_none_is_counted(tmp_path: Path) -> None:
-    """Emergency stop: SO(00) and SO(03) ON, SO(02) OFF; then reset; a start without an answer.
+    """An emergency stop has SO(00) and SO(03) ON and SO(02) OFF.
+
+    A reset and a start without an answer follow.
 
     Source: manual chapter 5, 3.1 and 3.2.
     """
@@ -162,7 +165,7 @@ def test_each_dedicated_answer_is_timed_and_what_has_none_is_counted(tmp_path: P
     assert verdict.rules == []
 
 
-#: Changes of one side: instant [ms], dedicated bits, words by their bytes.
+#: Changes of one side: time [ms], dedicated bits, words by the position of their bytes.
 Change = tuple[str, int, int, dict[int, int]]
 _RUN, _END, _ABNORMAL = {0: 0x0100}, {0: 0x0200}, {0: 0x4000, 2: 12, 4: 600}
 _OUT = ("plc", 1_000, 0x41, {0: 1})
@@ -191,9 +194,9 @@ _BROKEN: dict[str, tuple[list[Change], str, str]] = {
     "a status without a command": ([("robot", 1_020, SERVO, _RUN)], "status",
                                    "to 16#0100 without a remote command"),
     "an end without a reset": ([_OUT, _ENDED, ("robot", 1_040, SERVO, {})], "status",
-                               "although the code 16#0001 is still out"),
+                               "although the code 16#0001 is still set"),
     "two ends": ([_OUT, _ENDED, ("robot", 1_040, SERVO, _ABNORMAL)], "status",
-                 "after an end only 16#0000 can come"),
+                 "after an end only 16#0000 may follow"),
     "a run without an end": ([_OUT, ("robot", 1_020, SERVO, _RUN), ("robot", 1_040, SERVO, {})],
                              "status", "without an end, and no code was changed"),
     "a late response": ([_OUT, _ENDED, ("robot", 1_040, SERVO, {0: 0x0200, 4: 7})], "response",
@@ -216,7 +219,7 @@ def _recorded(name: str, until_us: int = 0) -> Recording:
 
 @pytest.mark.parametrize("name", _BROKEN)
 def test_each_rule_of_both_sides_is_judged(tmp_path: Path, name: str) -> None:
-    """The packets at 10 k ms are number 2 k + 1 of the PLC and 2 k + 2 of the controller.
+    """The packets at 10 k ms have number 2 k + 1 (PLC) and 2 k + 2 (controller).
 
     Source: manual chapter 5, 1, 2 and 3 (caution); guide 1.1, 1.2, 2 and 4.1.
     """
@@ -238,7 +241,10 @@ def test_each_rule_of_both_sides_is_judged(tmp_path: Path, name: str) -> None:
 def test_the_interval_is_judged_to_the_tolerance(
     tmp_path: Path, gap_us: int, tolerance_us: int, found: list[str]
 ) -> None:
-    """At least 100 ms (manual chapter 5, 3, caution); a capture's clock is not the PLC's."""
+    """The limit is 100 ms (manual chapter 5, 3, caution).
+
+    A capture's clock differs from the PLC's.
+    """
     made = _powered()
     made.plc(1_000 * MS, 0x8041)
     made.until(1_090 * MS)
@@ -264,7 +270,7 @@ def test_no_rule_is_judged_across_packets_that_are_missing(tmp_path: Path, name:
 
 
 def test_a_missing_packet_in_which_nothing_happened_hides_no_fault(tmp_path: Path) -> None:
-    """SI(17) is ON for 90 ms; every second packet of that time is missing."""
+    """SI(17) is ON for 90 ms. Every second packet of that time is missing."""
     made = _recorded("an edge after 90 ms")
     changed = (1_000 * MS, 1_010 * MS, 1_080 * MS, 1_090 * MS)
     made.story.packets = [
@@ -278,7 +284,7 @@ def test_a_missing_packet_in_which_nothing_happened_hides_no_fault(tmp_path: Pat
 
 
 def test_data_that_come_with_their_code_are_noted(tmp_path: Path) -> None:
-    """Data come one scan before the code (guide 1.1); the packets may be further apart."""
+    """Data must come one scan before the code (guide 1.1), but packets may be further apart."""
     made = _powered()
     made.plc(1_000 * MS, 0x41, {0: 1, 8: 19})
     made.until(1_100 * MS)
@@ -291,7 +297,7 @@ def test_data_that_come_with_their_code_are_noted(tmp_path: Path) -> None:
 
 
 def test_an_abnormal_end_is_shown_with_its_alarm(tmp_path: Path) -> None:
-    """Group in m+2, category in m+4: 12.600 is the emergency stop (guide 1.2)."""
+    """Group is in m+2, category in m+4. 12.600 is the emergency stop (guide 1.2)."""
     made = _powered()
     made.plc(1_000 * MS, 0x41, {0: 0x1001})
     made.robot(1_020 * MS, SERVO, {0: 0x4000, 2: 12, 4: 600})
@@ -311,7 +317,7 @@ def test_an_end_is_timed_once_and_a_reserved_bit_reported_once(tmp_path: Path) -
 
 
 def test_a_command_from_before_the_recording_breaks_no_rule(tmp_path: Path) -> None:
-    """A command that was changed before ends with 16#0100, then 16#0000 (guide 1.1)."""
+    """A command changed before the recording ends with 16#0100, then 16#0000 (guide 1.1)."""
     story = Story()
     story.open(0)
     for k in range(1, 20):
@@ -335,7 +341,7 @@ def test_events_and_chart_can_be_those_of_a_part(tmp_path: Path) -> None:
 
 
 def test_a_long_recording_fills_the_chart_and_no_more(tmp_path: Path) -> None:
-    """400 instants are drawn; the judgement says where the rest begins."""
+    """The chart shows 400 moments. The output says where the rest begins."""
     made = Recording()
     for k in range(500):
         made.robot((k + 2) * 10 * MS, IDLE | (k % 2) << 13)
@@ -393,7 +399,7 @@ def _cycles(file: Path, *cycles: tuple[dict[int, int], int]) -> Judgement:
 
 
 def test_in_a_trace_the_plc_reads_the_status_one_cycle_late(tmp_path: Path) -> None:
-    """A controller takes a code and shows 0x0100 in the same cycle.
+    """A controller accepts a code and shows 0x0100 in the same cycle.
 
     Source: guide 1.2, a command can be run in the ready status only.
     """

@@ -1,4 +1,4 @@
-"""Connections in a capture, recognised by Forward Opens and followed by their identifiers."""
+"""Connections in a capture are recognised by Forward Opens and followed by their identifiers."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def _quiet(story: Story, begin_us: int = 0, packets: int = 10) -> Story:
 
 
 def test_a_connection_is_followed_from_its_forward_open_to_its_close(tmp_path: Path) -> None:
-    """The Forward Open says 54 bytes to the controller, 50 from it, 10 ms each way: an owner."""
+    """The Forward Open of an owner has 54 bytes to the controller, 50 bytes from it, and 10 ms."""
     story = _quiet(Story())
     story.close(200_000)
     (robot,) = Heard(tmp_path, story).robots
@@ -76,7 +76,7 @@ def test_a_connection_is_followed_from_its_forward_open_to_its_close(tmp_path: P
     ids=["route", "electronic key", "no configuration", "16 bit", "no header", "large"],
 )
 def test_forward_opens_of_many_kinds_are_understood(tmp_path: Path, fields: dict[str, str]) -> None:
-    """0x4832 to the controller is 50 bytes: without the run/idle header.
+    """0x4832 to the controller means 50 bytes, without the run/idle header.
 
     Source: CIP volume 1, chapter 3, 5.5.2; appendix C, 1.4.
     """
@@ -108,7 +108,9 @@ def test_a_forward_open_in_an_unconnected_send_is_understood(tmp_path: Path) -> 
 
 
 def test_packets_to_a_multicast_group_are_of_the_controller_that_sends_them(tmp_path: Path) -> None:
-    """An owner and a reader share the controller's packets; the owner's end is not the reader's.
+    """An owner and a reader share the controller's packets.
+
+    The owner's end is not the reader's end.
 
     Source: CIP volume 1, chapter 3: multicast connections share one connection id.
     """
@@ -126,7 +128,7 @@ def test_packets_to_a_multicast_group_are_of_the_controller_that_sends_them(tmp_
 
 
 def test_a_reader_beside_the_owner_does_not_count_as_what_the_plc_reads(tmp_path: Path) -> None:
-    """Its packets, point to point and at times of their own, may be older than the owner's."""
+    """The reader's own packets come at other times and may be older than the owner's."""
     owner, reader = _quiet(Story()), Story("192.168.0.2", o_to_t=0x33, t_to_o=0x44)
     reader.open(5_000, o_to_t="0248", path="2004 2405 2CC6 2C64")
     owner.to_plc(200_000, area(dedicated=0x0316))
@@ -149,7 +151,7 @@ def test_equal_identifiers_of_two_controllers_are_distinct(tmp_path: Path) -> No
 
 
 def test_a_connection_that_is_opened_again_is_a_new_one(tmp_path: Path) -> None:
-    """The packet numbers restart, and the old connection's areas are not used."""
+    """The packet numbers restart, and the areas of the old connection are not used."""
     story = _quiet(Story())
     story.open(1_000_000)
     story.both(1_010_000, area(dedicated=0x8043), OK)
@@ -164,7 +166,7 @@ def test_a_connection_that_is_opened_again_is_a_new_one(tmp_path: Path) -> None:
 
 
 def test_a_refused_connection_is_reported_with_its_reason(tmp_path: Path) -> None:
-    """0x0106: another master owns the outputs.
+    """The status 0x0106 means that another master owns the outputs.
 
     Source: CIP volume 1, chapter 3, 5.6.
     """
@@ -177,7 +179,7 @@ def test_a_refused_connection_is_reported_with_its_reason(tmp_path: Path) -> Non
 
 
 def test_other_devices_are_counted_and_not_judged(tmp_path: Path) -> None:
-    """Points 101 and 102 are not the controller's; nor are 32 bytes."""
+    """Connection points 101 and 102, or areas of 32 bytes, do not belong to a controller."""
     story = _quiet(Story())
     drive = Story(controller="192.168.0.20")
     drive.open(0, path="2004 2405 2C65 2C66")
@@ -198,7 +200,7 @@ def test_other_devices_are_counted_and_not_judged(tmp_path: Path) -> None:
 
 
 def _headless(story: Story) -> Story:
-    """Return the story without its first two packets, the Forward Open and its answer."""
+    """Return the capture without its first two packets, the Forward Open and its answer."""
     del story.packets[:2]
     return story
 
@@ -237,7 +239,7 @@ _OF_64 = (
         ),
         (
             {"hosts": [bytes([192, 168, 0, 99])]},
-            r"the capture has no such packet to or from 192\.168\.0\.99, only packets of "
+            r"the capture has no class 1 packet to or from 192\.168\.0\.99, only packets of "
             r"192\.168\.0\.1, 192\.168\.0\.10$",
         ),
     ],
@@ -282,7 +284,7 @@ def test_a_named_controller_is_the_only_one_and_may_have_other_instances(tmp_pat
 
 
 def test_an_idle_header_and_a_time_out_are_reported(tmp_path: Path) -> None:
-    """16 intervals of 10 ms are the time-out of this Forward Open (multiplier 2)."""
+    """The time-out of this Forward Open is 16 intervals of 10 ms (multiplier 2)."""
     story = _quiet(Story())
     story.to_robot(110_000, FREE, run=False)
     story.to_plc(110_500, OK)
@@ -293,7 +295,7 @@ def test_an_idle_header_and_a_time_out_are_reported(tmp_path: Path) -> None:
     ]
     assert told == [
         "the program of the PLC runs",
-        "the program of the PLC stands still (idle header)",
+        "the program of the PLC is stopped (idle header)",
         "no packets to the controller for 161 ms; time-out 160 ms",
         "the program of the PLC runs",
     ]

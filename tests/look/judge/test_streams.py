@@ -1,4 +1,4 @@
-"""Frames out of TCP segments that come twice, late, in pieces, or not at all."""
+"""Frames are read from TCP segments that are repeated, late, split or missing."""
 
 from __future__ import annotations
 
@@ -81,7 +81,10 @@ def test_a_new_connection_of_the_same_ports_begins_anew() -> None:
 
 
 def test_memory_does_not_grow_with_what_never_ends() -> None:
-    """A frame is 64 KiB at most; of 2,000 connections with half a frame each the oldest go."""
+    """A frame has 64 KiB at most.
+
+    Of 2,000 connections with half a frame each, the oldest are dropped.
+    """
     streams = Streams()
     for port in range(2000):
         assert _data(streams, [_segment(1, ONE[:30], port=port)]) == []

@@ -1,4 +1,4 @@
-"""Response times: exact while they are few, then to half a per cent, in constant memory."""
+"""Response times are exact while they are few, then to half a per cent, in constant memory."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def test_few_times_are_exact() -> None:
 
 
 def test_many_times_are_right_to_half_a_per_cent() -> None:
-    """1 to 100,000 us, each once, in an order of its own: the median is 50,000."""
+    """The times are 1 to 100,000 us in a random order, so the median is 50,000 us."""
     times = Times()
     for k in range(100_000):
         times.add(k * 7919 % 100_000 + 1)

@@ -1,4 +1,4 @@
-"""One direction of a connection: sequence numbers, sequence counts, lengths, silence."""
+"""A direction of a connection has sequence numbers, sequence counts, lengths and silence."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def _numbers(way: Way, numbers: list[int]) -> list[int]:
 
 @pytest.mark.parametrize("first", [1, 0xFFFFFFF0 - 6, 0x7FFFFFFA, 0xFFFA])
 def test_packets_are_counted_as_lost_doubled_and_late(first: int) -> None:
-    """Number 4 comes after 5, 7 never, 8 twice; the count of 32 bits may wrap on the way.
+    """Number 4 comes after 5, 7 never, and 8 twice. The count of 32 bits may wrap in between.
 
     Source: EtherNet/IP adaptation of CIP (volume 2), chapter 3: a number is newer if it is
     ahead by less than half of all numbers.
@@ -42,7 +42,10 @@ def test_doubled_packets_are_not_lost() -> None:
 
 @pytest.mark.parametrize("begin", [1, 0x40000000])
 def test_numbers_that_begin_anew_are_taken_up(begin: int) -> None:
-    """A device that was restarted counts from somewhere else; before that it is not lost."""
+    """A restarted device continues with other numbers.
+
+    The numbers between are not counted as lost.
+    """
     way = Way(4, header=False)
     used = _numbers(way, [*range(5000, 5020), *range(begin, begin + 40)])
     assert used[-30:] == list(range(begin + 10, begin + 40))
@@ -65,7 +68,7 @@ def test_new_data_come_with_the_gap_before_them() -> None:
 
 
 def test_the_sequence_count_wraps_and_old_ones_with_new_data_are_counted() -> None:
-    """The count of 16 bits is another with new data; 0xFFFF is followed by 0.
+    """The count of 16 bits changes with new data. After 0xFFFF comes 0.
 
     Source: CIP volume 1, chapter 3, transport class 1.
     """

@@ -1,4 +1,4 @@
-"""Stored data read from and written to a virtual controller, and the file between."""
+"""Stored data are read from a virtual controller, saved in a file, and written back."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from rcx_harness.robot.stored import Hand, Pallet, Point
 from rcx_harness.spec.wire import CYCLE_US
 from structured_text.errors import InputError
 
-#: The largest numbers, both units, all flags, texts that a file has to quote.
+#: Data with the largest numbers, both units, all flags, and texts that a file has to quote.
 _CONFIG: dict[str, Any] = {
     "axes": (*(Axis(),) * 3, Axis(robot=2)),
     "points": {
@@ -116,7 +116,7 @@ def test_only_its_filler_ends_a_comment(text: str, found: str | None, filler: st
 
 
 def test_a_comment_with_a_byte_beyond_ascii_is_read_as_it_is() -> None:
-    """A virtual controller has none: here bit 7 of its first letter comes on the way."""
+    """A virtual controller has no such text, so the test sets bit 7 of the first letter."""
     line, key = StationLine(RobotConfig(comments={1: "1 A"})), ("comments", 0, 1)
     read = line.read
 
@@ -171,7 +171,7 @@ def test_another_alarm_ends_it_and_names_the_point() -> None:
 
 
 def test_a_definition_that_is_refused_ends_it() -> None:
-    """A pendant that has the authority. Source: guide 3, remark."""
+    """The programming box (pendant) has the authority. Source: guide 3, remark."""
     line = StationLine(RobotConfig(pendant_authority=True))
     with pytest.raises(RefusedError, match=r"^writing pallet 2 ended in the alarm 12\.76$"):
         Carrier(line).write(Stored({("pallets", 0, 2): Pallet(1, 1, 1, 0)}), [("pallets", 0, 2)], _quiet)  # noqa: E501  # fmt: skip
@@ -212,7 +212,7 @@ def test_a_slow_controller_is_waited_for() -> None:
 
 
 def test_an_old_status_is_never_taken_for_a_new_answer() -> None:
-    """A controller that takes longer to reset its status than the longest wait.
+    """The controller takes longer to reset its status than the longest wait.
 
     Source: guide 1.2, a command can be run in the ready status only.
     """
@@ -258,7 +258,7 @@ def test_the_answer_of_another_number_is_refused(key: Key, byte: int, text: str)
 
 @pytest.mark.parametrize("packet_us", [5_000, 10_000, 100_000])
 def test_the_data_of_a_command_are_there_before_its_code(packet_us: int) -> None:
-    """The data have a packet of their own, for two of the controller's cycles.
+    """The data have a packet of their own, for two cycles of the controller.
 
     Source: guide 2, steps 1 and 2; guide 1.1, command data are entered before.
     """
@@ -328,7 +328,7 @@ def test_a_file_that_is_none_gets_one_message(tmp_path: Path, text: str, message
 
 
 def test_only_the_tables_of_the_file_count(tmp_path: Path) -> None:
-    """A robot file without points does not bring the points of the manual's examples."""
+    """A robot file without points does not use the points of the manual's examples."""
     file = tmp_path / "a.toml"
     file.write_text("[comments]\n1 = 'A  '\n2 = ''\n", encoding="utf-8")
     stored = from_toml(file)

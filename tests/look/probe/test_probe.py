@@ -1,4 +1,4 @@
-"""rcx probe, rehearsed against a virtual controller with every key set both ways."""
+"""rcx probe is run on a virtual controller, with every key set to several values."""
 
 from __future__ import annotations
 
@@ -101,13 +101,13 @@ def _prepare(line: StationLine) -> None:
 
 
 def _agreed(line: StationLine) -> Person:
-    """Return a user who confirms every step and does everything at the cell."""
+    """Return a simulated user who confirms every step and does everything at the cell."""
     return Person(lambda one: True, line.happen, lambda text: None)
 
 
 @pytest.mark.parametrize(("name", "key", "value"), sampled(CASES, 3))
 def test_the_report_is_right_with_every_key_set_both_ways(name: str, key: str, value: Any) -> None:
-    """Assumptions that hold are confirmed; the others are refuted, with the controller's value."""
+    """A correct assumption is confirmed. A wrong one is refuted, with the controller's value."""
     config = {**PREPARED.get(name, {}), key: value}
     outcome = rehearsed(name, prepare=_prepare, **config)
     assert not outcome.ended
@@ -138,7 +138,7 @@ def test_every_key_that_a_question_decides_is_rehearsed() -> None:
 
 
 def test_two_readings_that_look_alike_stay_open() -> None:
-    """A controller may show 0x0100 always, or skip it for short commands."""
+    """A controller may always show 0x0100, or skip it only for short commands."""
     outcome = rehearsed("command-times", skip_run_status="never")
     mine = [one for one in outcome.findings["command-times"] if one.knob == "skip_run_status"]
     assert [(one.values, one.verdict) for one in mine] == [(("short", "never"), "open")]
@@ -174,7 +174,7 @@ def test_a_whole_probe_confirms_what_is_as_assumed_and_leaves_the_robot_as_it_wa
 
 
 def test_a_rule_without_a_key_is_refuted_by_a_controller_that_is_another() -> None:
-    """An emergency stop that takes 200 ms; a robot's type that is not its first axis'."""
+    """The emergency stop takes 200 ms, and the robot's type is not that of its first axis."""
     outcome = rehearsed("stop-at-once", emergency_stop_delay=200.0)
     assert [one.verdict for one in outcome.findings["stop-at-once"]] == ["refuted"]
     outcome = rehearsed("robot-type", prepare=lambda line: line.controller.force("SOW(2)", 7))
@@ -182,7 +182,7 @@ def test_a_rule_without_a_key_is_refuted_by_a_controller_that_is_another() -> No
 
 
 def test_nothing_moves_without_a_word_for_that_step() -> None:
-    """If the step of risk 3 is not confirmed, the servos never go ON."""
+    """If the step of risk 3 is not confirmed, the servos never turn ON."""
     line = StationLine(RobotConfig())
     servos: list[bool] = []
     step = line.wait
@@ -217,7 +217,7 @@ def test_reading_leaves_all_dedicated_inputs_off() -> None:
 
 
 def test_a_controller_that_resets_its_status_late_is_not_misread() -> None:
-    """A question is left open if an old status would answer it.
+    """If an old status could be taken for an answer, the question stays open.
 
     Source: guide 1.2, a command can be run in the ready status only.
     """

@@ -12,7 +12,9 @@ ROBOT_2 = 0x2000
 
 
 def test_the_example_shows_the_10th_message() -> None:
-    """12.551 of the EtherNet/IP unit in option slot 1 of controller 1 (C1O1).
+    """The 10th message is alarm 12.551 of the EtherNet/IP unit in option slot 1.
+
+    The place C1O1 means controller 1, option slot 1.
 
     Rule: messages, alarm-places.
     Source: remote command guide 4.7.7
@@ -42,8 +44,11 @@ def test_the_place_of_a_network_alarm_is_the_slot_of_its_unit() -> None:
 
 
 def test_messages_that_are_not_there_are_empty() -> None:
-    """With another setting they cause an alarm. The numbers are 1 to 500. Rule: messages.
+    """Message numbers are 1 to 500.
 
+    A number without a message gives an empty answer or, with another setting, an alarm.
+
+    Rule: messages.
     Source: remote command guide 4.7.7.
     """
     assert powered_up().execute(MESSAGE, 0, 500) == NORMAL_END
@@ -54,7 +59,7 @@ def test_messages_that_are_not_there_are_empty() -> None:
 
 
 def test_the_example_shows_the_soft_limit_of_axis_1_as_the_latest_alarm() -> None:
-    """2.334 at robot 1, axis 1; the history has it, too.
+    """The latest alarm is 2.334 at robot 1, axis 1. The alarm history contains it, too.
 
     Rule: alarm-places.
     Source: remote command guide 4.7.17
@@ -69,7 +74,10 @@ def test_the_example_shows_the_soft_limit_of_axis_1_as_the_latest_alarm() -> Non
 
 @pytest.mark.parametrize("code", [0x0003, 0x0020, 0x0021])
 def test_a_soft_limit_names_the_axis_of_lines_and_jogs(code: int) -> None:
-    """Axis 2 of robot 2: place 0x0002, detail 0x0102. Rule: alarm-places."""
+    """A soft limit of axis 2 of robot 2 is reported with place 0x0002 and detail 0x0102.
+
+    Rule: alarm-places.
+    """
     axes = (Axis(), *[Axis(robot=2, soft_low=-100, soft_high=high) for high in (900_000, 100)])
     master = powered_up(axes=axes, manual_speed=100)
     master.pulse("SI01")

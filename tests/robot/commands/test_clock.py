@@ -1,4 +1,4 @@
-"""Date and time in the controller: set, read, and running on."""
+"""Date and time of the controller can be set and read, and the clock runs on."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 from robot_master import NORMAL_END, Master, abnormal_end, powered_up
 
 READ_DATE, READ_TIME, SET_DATE, SET_TIME = 0x511, 0x512, 0x602, 0x603
-#: Milliseconds that pass from one command to the next.
+#: Milliseconds between two commands.
 DAY_MS = 24 * 3600 * 1000
 
 
@@ -25,7 +25,9 @@ def _pass(master: Master, ms: int) -> None:
 
 
 def test_the_examples_set_the_date_and_the_time() -> None:
-    """The values are 2014-02-02 and 08:45:00; the date does not change the time, nor vice versa.
+    """The commands set 2014-02-02 and 08:45:00.
+
+    Setting the date leaves the time alone, and vice versa.
 
     Rule: clock-set, clock.
     Source: remote command guide 4.8.1, 4.8.2
@@ -86,7 +88,7 @@ def test_dates_of_2000_to_2099_can_be_set(date: tuple[int, int, int]) -> None:
 
 @pytest.mark.parametrize("date", [(25, 2, 29), (24, 2, 30), (25, 4, 31)])
 def test_a_day_that_does_not_exist_is_refused(date: tuple[int, int, int]) -> None:
-    """The date stays. Rule: clock."""
+    """The date does not change. Rule: clock."""
     master = powered_up(impossible_date_alarm="9.1")
     assert master.execute(SET_DATE, 0, *date) == abnormal_end("9.1")
     assert _read(master, READ_DATE) == (14, 1, 1)

@@ -17,7 +17,7 @@ WAIT_ORG = (0x4157, 0x5449, 0x4F20, 0x4752)
 
 @pytest.mark.parametrize("filler", ["\0", " "])
 def test_the_defined_comment_is_read_back(filler: str) -> None:
-    """Zeros behind the text, as printed, and spaces mean the same.
+    """Zeros after the text (as printed) and spaces mean the same.
 
     Rule: comment-end.
     Source: remote command guide 4.3.2
@@ -37,7 +37,9 @@ def test_the_answer_may_be_filled_with_spaces() -> None:
 
 
 def test_a_comment_has_sixteen_characters() -> None:
-    """The second of a word is in its higher byte; spaces at the start and within stay.
+    """The second character of a word is in its higher byte.
+
+    Spaces at the start and within the text stay.
 
     Source: remote command guide 4.3.2
     """

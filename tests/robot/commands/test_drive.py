@@ -1,4 +1,4 @@
-"""DRIVE and DRIVEI: one axis to a position, or by a distance."""
+"""DRIVE moves a single axis to a position, DRIVEI moves it by a distance."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_the_position_of_all_axes_in_millimetres(code: int, data: int) -> None:
 
 @pytest.mark.parametrize("code", [0x0010, 0x0014])
 def test_a_point_in_millimetres(code: int) -> None:
-    """13.000 mm at 500 pulses/mm are 6500.
+    """A target of 13.000 mm at 500 pulses/mm is 6500 pulses.
 
     Source: remote command guide 4.2.3 and 4.2.4, point designation
     """
@@ -69,7 +69,10 @@ def test_a_point_in_millimetres(code: int) -> None:
 
 
 def test_only_the_axis_that_moves_counts_against_the_soft_limits() -> None:
-    """The point lies outside for axis 1. Source: remote command guide 4.2.3, point designation."""
+    """The point lies beyond the soft limit of axis 1, which does not move.
+
+    Source: remote command guide 4.2.3, point designation.
+    """
     master = _mover(axes=(Axis(soft_high=100), Axis(), Axis(), Axis()))
     assert master.execute(0x0010, ONE, AXIS_3, 0, 19)[0] == NORMAL
     assert master.robot.positions == [0, 0, 13_000, 0]
@@ -85,7 +88,9 @@ RELATIVE = [
 @pytest.mark.parametrize("words", RELATIVE)
 @pytest.mark.parametrize("start_position", ["keep", "reset"])
 def test_drivei_goes_on_or_starts_anew(words: tuple[int, ...], start_position: str) -> None:
-    """13 000 pulses at 100 000/s take 0.15 s; it is stopped after 50 ms.
+    """After a stop, DRIVEI continues to the first target or starts anew, as configured.
+
+    The distance of 13 000 pulses at 100 000 pulses/s takes 0.15 s. The stop comes after 50 ms.
 
     Rule: movei-keep.
     Source: remote command guide 4.2.4, notes

@@ -17,14 +17,14 @@ MM_POINT = Point(DATA, mm=True, hand=2, arm1=1, arm2=-1)
 
 
 def _but(place: int, value: int, data: tuple[int, ...]) -> tuple[int, ...]:
-    """Return the data with another value in one place."""
+    """Return a copy of the data with another value at one index."""
     return (*data[:place], value, *data[place + 1 :])
 
 
 @pytest.mark.parametrize(("code", "point"), [(PULSES, POINT), (MM, MM_POINT)])
 @pytest.mark.parametrize("place", range(6))
 def test_the_value_goes_to_the_designated_data_alone(code: int, point: Point, place: int) -> None:
-    """Bit 0 is data 1, bit 5 is data 6; hand and arm rotation stay.
+    """Bit 0 selects data 1, bit 5 selects data 6. Hand and arm rotation stay.
 
     Source: remote command guide 4.4.4
     """
@@ -52,7 +52,7 @@ def test_a_point_without_data_has_no_elements() -> None:
 
 @pytest.mark.parametrize("place", range(4))
 def test_the_value_goes_to_the_designated_data_of_a_shift(place: int) -> None:
-    """Bit 0 is data 1, bit 3 is data 4. Source: remote command guide 4.4.4."""
+    """Bit 0 selects data 1, bit 3 selects data 4. Source: remote command guide 4.4.4."""
     for value in (1000, -(2**31), 2**31 - 1):
         master = ready(shifts={1: (10, 20, 30, 40), 2: (1, 2, 3, 4)})
         assert master.execute(SHIFT, 0, 1, 1 << place, *long_words(value)) == NORMAL_END
@@ -61,8 +61,9 @@ def test_the_value_goes_to_the_designated_data_of_a_shift(place: int) -> None:
 
 
 def test_a_shift_that_was_never_defined_has_zeros_beside_the_value() -> None:
-    """With another setting it is an alarm. Rule: undefined-data.
+    """The other elements are 0. With another setting the command ends in an alarm.
 
+    Rule: undefined-data.
     Source: remote command guide 4.4.4.
     """
     master = ready()

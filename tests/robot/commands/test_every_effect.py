@@ -1,4 +1,4 @@
-"""All 116 commands have an effect, which is found by a later command or in the controller."""
+"""Each of the 116 commands has an effect that a later command or the controller shows."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from round_trips_motion import MOTION_TRIPS
 
 TRIPS = (*MOTION_TRIPS, *DATA_TRIPS)
 CODES = [code for code in commands() if code]
-#: Commands with one round trip: their data never change, or they have only one outcome.
+#: Commands with one round trip, because their data never change or they have only one outcome.
 ONE_OUTCOME = {0x041, 0x042, 0x043, 0x501, 0x502, 0x513, 0x604}
 
 every_code = pytest.mark.parametrize("code", CODES, ids="0x{:03X}".format)
@@ -26,7 +26,7 @@ def _trips(code: int) -> list[Trip]:
 
 
 def test_each_of_the_116_codes_is_known_and_has_its_round_trips() -> None:
-    """Each has two different values, except those with only one outcome.
+    """Each code has two round trips with different values, except codes with only one outcome.
 
     Source: remote command guide 4.2 to 4.9
     """
@@ -53,7 +53,7 @@ class _Nothing(Execution):
 
 @every_code
 def test_the_round_trip_needs_its_command(code: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every code is needed for what its round trips find."""
+    """Without its command, a round trip does not show the expected effect."""
 
     def start(machine: Machine, call: Call) -> Execution:
         return _Nothing() if call.code == code else true_start(machine, call)

@@ -1,4 +1,4 @@
-"""Every remote command: legal telegrams are taken, all others end as documented."""
+"""Legal telegrams of every remote command are accepted; all others end as documented."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from robot_master import Master, abnormal_end, servos_on
 from telegrams import COMMANDS, illegal_fields, illegal_pairs, legal, stray_bits, words_of
 
 FORMAT = "4.2"
-#: Every other alarm that a command may end in has a number of its own.
+#: Each other alarm in which a command can end has its own number here.
 ALARMS: Mapping[str, Any] = {
     name: f"90.{number}"
     for number, name in enumerate(
@@ -29,7 +29,7 @@ ALARMS: Mapping[str, Any] = {
     )
 } | {"format_alarm": FORMAT, "power_on_alarm": "", "undefined_data_alarm": ""}
 
-#: How many random telegrams of each command are sent.
+#: Number of random telegrams of each command.
 TELEGRAMS = 12
 
 #: The commands that work while the programming box has authority (guide, 3).
@@ -39,7 +39,7 @@ REFERENCES = {
     0x516,
 }
 
-#: Commands whose code can contain a robot number (guide, 4.2 to 4.9).
+#: Commands with a code that can contain a robot number (guide, 4.2 to 4.9).
 WITH_ROBOT = {
     *(0x001, 0x002, 0x003, 0x004, 0x006, 0x007, 0x009, 0x00A, 0x00E, 0x00F, 0x010, 0x012, 0x013),
     *(0x014, 0x016, 0x017, 0x018, 0x019, 0x020, 0x021, 0x022, 0x024, 0x025, 0x026, 0x027, 0x028),
@@ -53,7 +53,7 @@ WITH_AXES = {
     *(0x016, 0x017, 0x019, 0x020, 0x021, 0x022, 0x024, 0x025, 0x026, 0x030, 0x031, 0x033, 0x034),
     *(0x035, 0x036, 0x044, 0x045, 0x048, 0x04B, 0x04C, 0x04D, 0x220, 0x224, 0x510, 0x516, 0x605),
 }
-#: Commands without an illegal value: no field, or every pattern of it has a meaning.
+#: Commands without an illegal value: they have no field, or every bit pattern has a meaning.
 ALL_LEGAL = {
     *(0x032, 0x041, 0x042, 0x043, 0x501, 0x502, 0x503, 0x505, 0x506, 0x50A, 0x50B, 0x50C, 0x50F),
     *(0x510, 0x511, 0x512, 0x514, 0x515, 0x516, 0x604, 0x607),
@@ -66,7 +66,10 @@ every_code = pytest.mark.parametrize("code", list(COMMANDS), ids="0x{:03X}".form
 
 @lru_cache(maxsize=1)
 def _master() -> tuple[Master, object]:
-    """Return one robot of four axes, in which only movements take time, and its initial state."""
+    """Return a master for one robot of four axes, and its initial state.
+
+    Only movements take time.
+    """
     points = {number: Point() for number in range(6)}
     master = servos_on(points=points, command_delay=0.0, **ALARMS)
     return master, master.robot.snapshot()
@@ -82,7 +85,10 @@ def fresh() -> Master:
 
 
 def _end(master: Master, words: Iterable[int]) -> tuple[int, ...]:
-    """Send a telegram; words m to m+30 three cycles later, when all but movements have ended."""
+    """Send a telegram and return words m to m+30 three cycles later.
+
+    Only movements still run then.
+    """
     master.send(*words)
     master.run(15)
     shown = master.words
@@ -92,13 +98,13 @@ def _end(master: Master, words: Iterable[int]) -> tuple[int, ...]:
 
 
 def _state(thing: Any) -> Any:
-    """Return all that commands can change as a value, without clocks and histories.
+    """Return everything that commands can change as one value, without clocks and histories.
 
-    It looks into every object of the controller, whatever it is called.
+    The function visits every attribute of the controller, so that new data are included.
     """
     passing = {"rng", "now_us", "_now_us", "history", "latest_of_command", "inputs"}
     passing |= {"operating_us", "servo_on_us", "_since_us", "_config", "config", "_due_us"}
-    passing |= {"_machine", "perform"}  # of the programs: the controller itself
+    passing |= {"_machine", "perform"}  # The programs refer to the controller itself.
     if isinstance(thing, (int, float, str, bytes, type(None))):
         return thing
     if isinstance(thing, dict):
@@ -125,7 +131,7 @@ def _refused(master: Master, telegrams: Iterator[tuple[str, tuple[int, ...]]], a
 
 @every_code
 def test_legal_telegrams_are_taken_and_say_what_was_meant(code: int) -> None:
-    """They may end in another alarm, such as that of an undefined point.
+    """A legal telegram may still end in another alarm, for example if its point is undefined.
 
     Rule: format.
     Source: remote command guide 4.2 to 4.9
@@ -145,7 +151,9 @@ def test_legal_telegrams_are_taken_and_say_what_was_meant(code: int) -> None:
 
 @every_code
 def test_an_illegal_value_ends_in_the_format_alarm(code: int, fresh: Master) -> None:
-    """Tried: values next to a limit or without a meaning, zero or two bits for one, and texts.
+    """Values next to a limit or without a meaning, and illegal texts, are refused.
+
+    Two bits or none are refused where exactly one bit must be set.
 
     Rule: abnormal-end, comment-characters, one-axis.
     Source: remote command guide 4.2 to 4.9; 1.2, abnormal end status
@@ -157,7 +165,7 @@ def test_an_illegal_value_ends_in_the_format_alarm(code: int, fresh: Master) -> 
 def test_a_fixed_or_unused_bit_that_is_set_ends_in_the_format_alarm(
     code: int, fresh: Master
 ) -> None:
-    """Each fixed bit of words with fields, three bits of each word without.
+    """The test sets each fixed bit of words with fields, and three bits of other words.
 
     Source: remote command guide 4.2 to 4.9
     """
@@ -172,7 +180,9 @@ def test_a_fixed_or_unused_bit_that_is_set_ends_in_the_format_alarm(
 def test_exclusive_flags_and_products_beyond_the_limit_are_refused(
     code: int, fresh: Master
 ) -> None:
-    """Position output in pulses and in mm; kinds of axes; work positions of a pallet.
+    """A position output in both pulses and mm is refused.
+
+    The test also covers kinds of axes, and pallets with too many work positions.
 
     Rule: both-outputs.
     Source: remote command guide 4.2, p and m; 4.2.12; 4.3.3
@@ -181,7 +191,7 @@ def test_exclusive_flags_and_products_beyond_the_limit_are_refused(
 
 
 def test_every_command_with_a_field_that_has_limits_was_sent_illegal_values() -> None:
-    """This ensures that the tests above do not pass without telegrams."""
+    """The tests above send illegal values for each command with a limited field."""
     assert {code for code, one in COMMANDS.items() if not list(illegal_fields(one))} == ALL_LEGAL
 
 
@@ -247,7 +257,7 @@ def test_robot_1_is_there_and_robots_2_to_4_are_not(code: int, fresh: Master) ->
 
 
 def _with_absent_axes(command: Command) -> Iterator[tuple[str, tuple[int, ...]]]:
-    """Return telegrams that are legal except for the robot: it has no axis 5 and no axis 6."""
+    """Return telegrams whose only error is an axis number: the robot has no axes 5 and 6."""
     names = {part.name for part in command.request}
     plain = dict.fromkeys(("axis_designation", "axes", "point", "pallet", "work"), 1)
     plain |= dict.fromkeys(("speed_mode", "position_pulses", "position_mm"), 0)
@@ -277,7 +287,7 @@ def test_the_commands_with_axes_are_those_of_the_sections() -> None:
 
 @every_code
 def test_with_programming_box_authority_only_the_references_work(code: int, fresh: Master) -> None:
-    """The others end abnormally, without effect.
+    """All other commands end abnormally and have no effect.
 
     Rule: pendant-commands.
     Source: remote command guide 3, restrictions
@@ -307,7 +317,7 @@ def test_no_command_works_while_a_safety_setting_disables_inputs(code: int, fres
 
 
 def test_a_code_that_the_guide_does_not_have_is_refused(fresh: Master) -> None:
-    """All the others of the 4096; and the status reset command with a robot number.
+    """The test sends all other codes of the 4096, and the status reset command with a robot number.
 
     Rule: other-alarms.
     Source: remote command guide 3

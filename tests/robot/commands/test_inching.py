@@ -1,6 +1,7 @@
-"""Inching: by the inching movement amount, in pulses, Cartesian and tool coordinates.
+"""Inching moves an axis by the inching movement amount, in each coordinate system.
 
-Default axis: 1000 pulses/mm, 1 000 000 pulses/s, 5 000 000 pulses/s^2, soft limits +-1 000 000.
+The coordinates are pulses, Cartesian or tool coordinates. The default axis has 1000 pulses/mm,
+1 000 000 pulses/s, 5 000 000 pulses/s^2 and soft limits of +-1 000 000.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ MINUS = 0x0080
 
 
 def _incher(amount: int, **config: Any) -> Master:
-    """Return a master with the servos on, and the amount set by command for robot 1."""
+    """Return a master with the servos on and the inching amount of robot 1 set by command."""
     master = servos_on(**config)
     assert master.execute(0x0027, 0, amount)[0] == 0x0200
     return master
@@ -63,7 +64,9 @@ def test_the_smallest_and_the_largest_amount(code: int, amount: int) -> None:
 
 @pytest.mark.parametrize("code", FRAMES)
 def test_inching_is_done_with_the_manual_movement_speed(code: int) -> None:
-    """10 000 pulses at 1 % (10 000/s): 2 ms up, 998 ms, 2 ms down; 201 cycles and the first one.
+    """10 000 pulses at 1 % (10 000/s) take 2 ms up, 998 ms at full speed and 2 ms down.
+
+    These are 201 cycles, and the cycle that accepts the command.
 
     Rule: inching-speed.
     """
@@ -91,18 +94,21 @@ def test_inching_beyond_a_soft_limit_does_not_start(code: int, direction: int, s
 
 @pytest.mark.parametrize("code", FRAMES)
 def test_inching_that_the_stop_input_stops_shows_no_position(code: int) -> None:
-    """Only a jog shows it. Source: remote command guide 4.2.7, abnormal end."""
+    """Only a stopped jog answers with a position.
+
+    Source: remote command guide 4.2.7, abnormal end.
+    """
     master = _incher(10_000, manual_speed=1)
     master.send(code, PULSE_OUTPUT, 0x0001)
     master.run(500)
     master.turn_and_wait("SI06", False, 5)
     assert master.words == abnormal_end("12.400")
-    assert master.robot.positions[0] == 4_990  # 10 in the first 2 ms, then 498 ms at 10/ms
+    assert master.robot.positions[0] == 4_990  # 10 in the first 2 ms, then 10 pulses/ms for 498 ms
 
 
 @pytest.mark.parametrize(("code", "expected"), [(CARTESIAN, [71, 71]), (TOOL, [0, 100])])
 def test_inching_along_turned_coordinates(code: int, expected: list[int]) -> None:
-    """The shift is turned by 45 degrees, the hand by 90; 100 / sqrt(2) is 70.7.
+    """The shift is turned by 45 degrees, the hand by 90 degrees; 100 / sqrt(2) is 70.7.
 
     Rule: coordinates.
     """

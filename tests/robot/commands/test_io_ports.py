@@ -1,4 +1,4 @@
-"""Assignment to I/O ports, and their reference."""
+"""Commands assign values to I/O ports and read them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def _value(master: Master, kind: int, port: int) -> int:
 
 
 def test_the_printed_example_switches_bit_1_of_do2() -> None:
-    """DO(21) = 1, word 0x1021; the other bits stay. Source: remote command guide 4.5.1."""
+    """DO(21) = 1 is the word 0x1021. The other bits stay. Source: remote command guide 4.5.1."""
     master = powered_up()
     master.execute(WRITE, 0, _word(DO, 2), 0b1000_0000)
     assert master.execute(0x0301, 0, 0x1021, 1) == NORMAL_END
@@ -46,7 +46,7 @@ def test_the_stop_signal_of_the_parallel_board_is_di06() -> None:
 
 @pytest.mark.parametrize("kind", [DO, MO, SO])
 def test_output_ports_2_to_7_10_to_17_and_20_to_27_can_be_assigned(kind: int) -> None:
-    """Each keeps its own value, also where the others have theirs.
+    """Each port keeps its own value while other ports have other values.
 
     Rule: port-commands, other-ports.
     Source: remote command guide 4.5.1
@@ -115,7 +115,7 @@ def test_bit_number_and_pattern_have_their_limits(words: tuple[int, ...]) -> Non
 
 
 def test_serial_outputs_are_what_the_master_reads() -> None:
-    """SO15() is byte m+45. SO16() is beyond the board and is only stored.
+    """SO15() is byte m+45. SO16() lies beyond the board, so its value is only stored.
 
     Rule: port-commands, other-ports.
     Source: remote command guide 4.5.1; manual chapter 1, 4.1
@@ -128,7 +128,7 @@ def test_serial_outputs_are_what_the_master_reads() -> None:
 
 
 def test_serial_inputs_are_what_the_master_sends() -> None:
-    """SI13() is byte n+43; SI0() has the dedicated inputs, here SI(00) and SI(06).
+    """SI13() is byte n+43. SI0() has the dedicated inputs: here SI(00) and SI(06) are ON.
 
     Source: remote command guide 4.5.1; manual chapter 1, 4.1
     """
@@ -140,7 +140,9 @@ def test_serial_inputs_are_what_the_master_sends() -> None:
 
 
 def test_dedicated_outputs_are_read_as_so0_and_so1() -> None:
-    """SO(01), SO(02), SO(04); SO(10), SO(11) at rest in AUTO mode with the servos on.
+    """SO(01), SO(02), SO(04), SO(10) and SO(11) are ON in AUTO mode with the servos on.
+
+    No program is running.
 
     Rule: other-ports.
     Source: remote command guide 4.5.1
@@ -153,7 +155,7 @@ def test_dedicated_outputs_are_read_as_so0_and_so1() -> None:
 
 
 def test_robot_programs_and_the_commands_use_the_same_ports() -> None:
-    """The program copies MO2(), which a command has set, to SO3(), once DI(20) is ON.
+    """When DI(20) turns ON, the program copies MO2(), which a command has set, to SO3().
 
     Source: remote command guide 4.5.1
     """

@@ -1,8 +1,8 @@
-"""Jog: until the stop input goes OFF, in pulses, Cartesian and tool coordinates.
+"""A jog moves until the stop input goes OFF, in pulses, Cartesian or tool coordinates.
 
-Default axis: 1000 pulses/mm, 1 000 000 pulses/s, 5 000 000 pulses/s^2, soft limits +-1 000 000; the
-tool of a SCARA robot (the default) does at most 1000 mm/s. At 20 % manual speed both come to
-200 000 pulses/s: 4000 pulses in the first 40 ms, then 1000 pulses in 5 ms.
+The default axis has 1000 pulses/mm, 1 000 000 pulses/s, 5 000 000 pulses/s^2 and soft limits of +-1
+000 000. The tool of a SCARA robot (the default) does at most 1000 mm/s. At 20 % manual speed both
+give 200 000 pulses/s: 4000 pulses in the first 40 ms, then 1000 pulses in 5 ms.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def test_a_jog_moves_one_axis(code: int, place: int, direction: int, sign: int) 
 
 @pytest.mark.parametrize("code", FRAMES)
 def test_the_movement_speed_is_determined_by_the_manual_movement_speed(code: int) -> None:
-    """50 %: 500 000 pulses/s are 2500 pulses in 5 ms, whatever the automatic speed.
+    """At 50 % manual speed the axis does 2500 pulses in 5 ms (500 000/s) at any automatic speed.
 
     Rule: jog-speed.
     Source: remote command guide 4.2.6
@@ -69,7 +69,7 @@ def test_the_movement_speed_is_determined_by_the_manual_movement_speed(code: int
 
 
 def test_a_tool_that_may_do_750_mm_per_second_jogs_with_a_part_of_that() -> None:
-    """20 % of 750 mm/s: 0.75 mm in 5 ms. Rule: path-speed."""
+    """At 20 % of 750 mm/s the tool moves 0.75 mm in 5 ms. Rule: path-speed."""
     master = _jogger(scara_robots=())
     master.send(CARTESIAN, 0, 0x0002)
     master.run(150)
@@ -81,7 +81,7 @@ def test_a_tool_that_may_do_750_mm_per_second_jogs_with_a_part_of_that() -> None
 @pytest.mark.parametrize("code", FRAMES)
 @pytest.mark.parametrize(("direction", "limit"), [(0, 300_000), (MINUS, -200_000)])
 def test_a_jog_ends_at_the_soft_limit_with_2_334(code: int, direction: int, limit: int) -> None:
-    """The axis brakes so that it stops at the limit; the alarm comes without a position.
+    """The axis brakes so that it stops at the limit. The alarm answer contains no position.
 
     Rule: jog-limit.
     Source: remote command guide 4.2.6, abnormal end (other cases)
@@ -104,7 +104,10 @@ def test_a_jog_to_the_soft_limit_may_end_normally(code: int) -> None:
 @pytest.mark.parametrize("code", FRAMES)
 @pytest.mark.parametrize("start", [300_000, 300_001])
 def test_from_a_soft_limit_a_jog_goes_back_only(code: int, start: int) -> None:
-    """The axis may be at the limit or beyond it. Rule: jog-limit, limits-on-the-way."""
+    """An axis at its soft limit or beyond it can only jog back.
+
+    Rule: jog-limit, limits-on-the-way.
+    """
     master = _jogger(axes=(Axis(start=start, soft_high=300_000),))
     assert master.execute(code, PULSE_OUTPUT, 0x0001) == abnormal_end("2.334")
     assert master.robot.positions == [start]
@@ -158,7 +161,7 @@ def test_a_jog_whose_command_is_cleared_goes_on_until_the_stop_input_is_off(code
 
 
 def _coordinates(shift: tuple[int, int, int, int], hand: Hand, start: int) -> Master:
-    """Return a master whose axis 4 is at `start`, with shift 1 and hand 1 selected."""
+    """Return a master with axis 4 at `start`, and with shift 1 and hand 1 selected."""
     axes = (Axis(), Axis(), Axis(), Axis(start=start))
     master = _jogger(axes=axes, shifts={1: shift}, hands={(1, 1): hand})
     master.execute(0x003B, 0, 1)
@@ -167,7 +170,7 @@ def _coordinates(shift: tuple[int, int, int, int], hand: Hand, start: int) -> Ma
 
 
 def test_a_cartesian_jog_moves_along_the_shifted_coordinates() -> None:
-    """Coordinates that are turned by 90 degrees: their X is Y of the axes.
+    """The coordinates are turned by 90 degrees, so that their X is the Y of the axes.
 
     Rule: coordinates.
     Source: remote command guide 4.2.6, Cartesian coordinate system jog movement
@@ -185,7 +188,9 @@ def test_a_cartesian_jog_moves_along_the_shifted_coordinates() -> None:
     ("on_r", "expected"), [(1, [0, 16_000, 0, 90_000]), (0, [16_000, 0, 0, 90_000])]
 )
 def test_a_tool_jog_moves_along_the_hand_on_the_r_axis(on_r: int, expected: list[int]) -> None:
-    """With R at 90 degrees, X of such a hand is Y of the axes; another hand does not turn.
+    """With R at 90 degrees, X of a hand on the R axis is Y of the axes.
+
+    Another hand does not turn.
 
     Rule: coordinates.
     Source: remote command guide 4.2.6, tool coordinate system jog movement
@@ -197,7 +202,10 @@ def test_a_tool_jog_moves_along_the_hand_on_the_r_axis(on_r: int, expected: list
 
 @pytest.mark.parametrize("code", [CARTESIAN, TOOL])
 def test_a_turn_of_the_hand_leaves_the_tool_where_it_is(code: int) -> None:
-    """The tool is 10 mm from the R axis: X and Y give way as R turns. Rule: coordinates."""
+    """The tool is 10 mm from the R axis, so X and Y move to compensate while R turns.
+
+    Rule: coordinates.
+    """
     master = _coordinates((0, 0, 0, 0), Hand((10_000, 0, 0, 1)), 0)
     before = master.execute(0x0506)[4:10]
     assert before == (10_000, 0, 0, 0, 0, 0)
@@ -211,7 +219,10 @@ def test_a_turn_of_the_hand_leaves_the_tool_where_it_is(code: int) -> None:
 
 
 def test_a_turn_of_the_hand_ends_where_an_axis_that_gives_way_is_at_its_limit() -> None:
-    """At 30 degrees Y has to give way by 5 mm, which is its limit. Rule: coordinates, jog-limit."""
+    """At 30 degrees Y would have to compensate by 5 mm, which is its limit.
+
+    Rule: coordinates, jog-limit.
+    """
     axes = (Axis(), Axis(soft_low=-5_000), Axis(), Axis())
     master = _jogger(axes=axes, hands={(1, 0): Hand((10_000, 0, 0, 1))})
     assert master.execute(CARTESIAN, 0, 0x0008)[:3] == SOFT_LIMIT
@@ -222,9 +233,12 @@ def test_a_turn_of_the_hand_ends_where_an_axis_that_gives_way_is_at_its_limit() 
 
 
 def test_a_turn_ends_where_an_axis_is_beyond_its_limit_for_a_third_of_a_degree_only() -> None:
-    """A hand of 1 m from 0.25 degrees on: Y gives way down to 4.363 - 1000 mm at 90 degrees.
+    """The turn stops at a limit that it would exceed only for a third of a degree.
 
-    Its limit, 4.7 thousandths above, is passed 0.175 degrees before that, and again behind it.
+    With a hand of 1 m, starting at 0.25 degrees, Y would go down to 4.363 - 1000 mm at 90 degrees.
+    The limit lies 0.0047 mm above that: the path crosses it 0.175 degrees before 90 degrees and
+    again after.
+
     Rule: coordinates, jog-limit.
     """
     axes = (Axis(soft_high=3_000_000), Axis(soft_low=-995_632), Axis(), Axis(start=250))

@@ -1,4 +1,4 @@
-"""The motor power command."""
+"""The motor power command switches the motor power, and with it the servos."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def _states(master: Master) -> list[int]:
 
 
 def test_on_turns_the_motor_power_and_all_system_servos_on() -> None:
-    """The printed example; the axes of every robot.
+    """The printed example switches the axes of every robot.
 
     Rule: motor-power, servo-output.
     Source: remote command guide 4.2.20
@@ -44,7 +44,9 @@ def test_off_turns_the_motor_power_and_all_system_servos_off() -> None:
 
 
 def test_pwr_turns_only_the_motor_power_on() -> None:
-    """The servos stay as they are; with the motor power a servo comes ON.
+    """The servos stay OFF or ON as they are.
+
+    A servo can be switched ON once the motor power is ON.
 
     Rule: motor-power, servo-output.
     Source: remote command guide 4.2.20
@@ -85,7 +87,7 @@ def test_the_motor_power_does_not_come_on_in_emergency_stop(code: int) -> None:
 
 
 def test_the_motor_power_takes_its_time() -> None:
-    """50 ms, and the cycle that takes the command. Rule: servo-on-command."""
+    """The answer takes 50 ms and the cycle that accepts the command. Rule: servo-on-command."""
     master = powered_up(servo_on_delay=50)
     master.send(ON)
     master.run(50)

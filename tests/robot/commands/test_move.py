@@ -1,6 +1,7 @@
-"""MOVE: to an absolute position with PTP, in an arch, on a line or an arc, or directly.
+"""MOVE goes to an absolute position with PTP, in an arch, on a line or arc, or directly.
 
-Default axis: 1000 pulses/mm, 1 000 000 pulses/s, 5 000 000 pulses/s^2, soft limits +-1 000 000.
+The default axis has 1000 pulses/mm, 1 000 000 pulses/s, 5 000 000 pulses/s^2 and soft limits of +-1
+000 000.
 """
 
 from __future__ import annotations
@@ -20,7 +21,9 @@ def _seconds(master: Master, *words: int) -> float:
 
 
 def test_the_speed_in_percent_is_of_the_automatic_speed_and_the_direct_one_of_the_maximum() -> None:
-    """100 000 pulses at 100 000/s: 0.02 s up, 0.98 s, 0.02 s down. 20 % of 50 % is 10.00 %.
+    """100 000 pulses at 100 000/s take 0.02 s up, 0.98 s and 0.02 s down.
+
+    20 % of 50 % is 10.00 %.
 
     Source: remote command guide 4.2.1, bb
     """
@@ -34,7 +37,7 @@ def test_the_speed_in_percent_is_of_the_automatic_speed_and_the_direct_one_of_th
 
 
 def test_linear_interpolation_is_a_straight_line_in_millimetres() -> None:
-    """30 mm on axis 1 and 40 mm on axis 2, whatever the pulses per mm: y = 4/3 x.
+    """Axis 1 moves 30 mm and axis 2 40 mm, so that y = 4/3 x whatever the pulses per mm are.
 
     Source: remote command guide 4.2.1, linear interpolation
     """
@@ -48,7 +51,7 @@ def test_linear_interpolation_is_a_straight_line_in_millimetres() -> None:
 
 
 def test_the_path_speed_is_in_mm_per_second() -> None:
-    """A path of 50 mm: in the middle, 100 mm/s are 0.5 mm per cycle of 5 ms.
+    """In the middle of a path of 50 mm, 100 mm/s are 0.5 mm per cycle of 5 ms.
 
     Source: remote command guide 4.2.1, linear interpolation, bb
     """
@@ -90,7 +93,7 @@ def test_linear_interpolation_of_the_designated_axes() -> None:
 
 
 def test_acceleration_and_deceleration_of_a_line() -> None:
-    """A lower value of either makes the movement longer.
+    """A lower acceleration or deceleration makes the movement longer.
 
     Source: remote command guide 4.2.1, linear interpolation, d and e
     """
@@ -106,7 +109,9 @@ def test_acceleration_and_deceleration_of_a_line() -> None:
 
 
 def test_circular_interpolation_goes_through_the_first_point_to_the_second() -> None:
-    """The arc goes from (0, 0) through (10, 10) to (20, 0) mm: centre (10, 0), radius 10 mm.
+    """The arc goes from (0, 0) through (10, 10) to (20, 0) mm.
+
+    Its centre is (10, 0) mm and its radius is 10 mm.
 
     Source: remote command guide 4.2.1, circular interpolation
     """
@@ -128,7 +133,9 @@ def test_circular_interpolation_goes_through_the_first_point_to_the_second() -> 
     ],
 )
 def test_an_impossible_arc_is_refused(words: tuple[int, ...], expected: tuple[int, ...]) -> None:
-    """The arc to (0, 200) mm through (10, 10) mm has centre (-90, 100), radius 134.5: x up to 44.5.
+    """The arc to (0, 200) mm through (10, 10) mm would go up to x = 44.5 mm.
+
+    Its centre is (-90, 100) mm and its radius is 134.5 mm.
 
     Source: remote command guide 4.2.1, circular interpolation
     """
@@ -145,7 +152,7 @@ def test_an_impossible_arc_is_refused(words: tuple[int, ...], expected: tuple[in
 
 
 def test_a_thousandth_of_a_millimetre_beside_the_line_bends_it_where_it_is_short() -> None:
-    """Over 700 mm the deviation makes an arc; over 1000 mm the points count as a line.
+    """With a distance of 700 mm, a deviation of 0.001 mm makes an arc; with 1000 mm it is a line.
 
     Rule: arc.
     """
@@ -163,7 +170,7 @@ def test_a_thousandth_of_a_millimetre_beside_the_line_bends_it_where_it_is_short
 
 
 def test_direct_designation_in_millimetres() -> None:
-    """10.000 and -20.000 mm; axis 2 has 500 pulses/mm. The answer is in mm.
+    """The target is 10.000 and -20.000 mm, and axis 2 has 500 pulses/mm. The answer is in mm.
 
     Source: remote command guide 4.2.1, direct PTP designation (millimeter units)
     """
@@ -206,7 +213,7 @@ def test_in_pulses_axis_4_moves_alone() -> None:
 def test_the_arm_takes_the_hand_system_of_the_target(
     scara: tuple[int, ...], hand: int, arm: int
 ) -> None:
-    """A command and a point both set it; arm rotation does not count.
+    """The hand system may come from the command or from the point. Arm rotation has no effect.
 
     Rule: hand-system.
     Source: remote command guide 4.2.1, direct PTP designation (millimeter units), cc
@@ -238,7 +245,7 @@ def test_the_arm_takes_the_hand_system_of_the_target(
     ],
 )
 def test_each_movement_to_a_point_takes_its_hand(words: tuple[int, ...], left: bool) -> None:
-    """Point 19 is left-handed. Rule: hand-system."""
+    """Point 19 is left-handed, so each movement to it ends left-handed. Rule: hand-system."""
     points = {
         19: Point((2_000, 0, 0, 0, 0, 0), mm=True, hand=2),
         20: Point((1_000, 1_000) + (0,) * 4),

@@ -1,6 +1,7 @@
-"""MOVE with arch designation: one axis gets out of the way, the others follow.
+"""In a MOVE with arch designation, the arch axis rises first and the other axes follow.
 
-Default axis: 1000 pulses/mm, 1 000 000 pulses/s, 5 000 000 pulses/s^2, soft limits +-1 000 000.
+The default axis has 1000 pulses/mm, 1 000 000 pulses/s, 5 000 000 pulses/s^2 and soft limits of +-1
+000 000.
 """
 
 from __future__ import annotations
@@ -21,8 +22,8 @@ def _arch_words(flags: int, axes: int, position: int, first: int, second: int) -
 def test_the_others_move_once_the_arch_axis_has_done_distance_1() -> None:
     """At 10 % an axis does at most 500 pulses per cycle.
 
-    Axis 3 rises from 0 to 40 000 and comes down to 20 000. The others start when it has done 10 000
-    and have arrived when 5 000 remain to it.
+    Axis 3 rises from 0 to 40 000 and comes down to 20 000. The other axes start when it has done
+    10 000 pulses, and have arrived when it has 5 000 pulses to go.
 
     Rule: arch.
     Source: remote command guide 4.2.1, arch designation, steps 1 to 4
@@ -62,7 +63,10 @@ def test_an_arch_axis_that_is_not_designated_comes_back() -> None:
     ("knob", "distance", "low"), [(False, 0, 0), (True, 0, 8_000), (True, 3_000, 3_000)]
 )
 def test_an_arch_distance_of_0_is_0_or_the_parameter(knob: bool, distance: int, low: int) -> None:
-    """ARCHP1 of axis 3 is 8000 pulses. Rule: arch-distances."""
+    """The parameter ARCHP1 of axis 3 is 8000 pulses. A distance of 0 means 0 or this parameter.
+
+    Rule: arch-distances.
+    """
     parameters = {"ARCHP1": (1, 1, 8_000, 1)}
     master = mover(points={19: ARCH_POINT}, parameters=parameters, arch_zero_is_parameter=knob)
     way = way_of(master, *_arch_words(0, 0x0400, 40_000, distance, 0))

@@ -1,4 +1,4 @@
-"""MOVEI: a movement by a distance, and its remaining distance after an interruption."""
+"""MOVEI moves by a distance, and may continue with the rest of it after an interruption."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_movei_moves_by_the_distance_of_the_point(code: int) -> None:
 
 
 def test_movei_by_a_point_in_millimetres() -> None:
-    """10.000 mm at 500 pulses/mm are 5000 pulses.
+    """A distance of 10.000 mm at 500 pulses/mm is 5000 pulses.
 
     Source: remote command guide 4.2.2, PTP designation
     """
@@ -79,7 +79,7 @@ def test_movei_by_distances_in_pulses() -> None:
 
 
 def test_linear_interpolation_takes_mm_per_second_and_ptp_does_not() -> None:
-    """40 mm with 100 mm/s take 0.4 s, and a little for acceleration.
+    """40 mm at 100 mm/s take 0.4 s plus the time for acceleration.
 
     Source: remote command guide 4.2.2, bb
     """
@@ -103,7 +103,9 @@ COMMANDS = [
 
 @pytest.mark.parametrize("words", COMMANDS)
 def test_an_interrupted_movei_goes_on_to_its_original_target(words: tuple[int, ...]) -> None:
-    """Keep is the default; what comes after the original target is a new distance.
+    """By default (Keep) the axis completes the original distance.
+
+    A MOVEI after that is a new distance.
 
     Rule: movei-keep.
     Source: remote command guide 4.2.2, note
@@ -164,7 +166,9 @@ def test_movei_takes_the_hand_system() -> None:
 
 @pytest.mark.parametrize("stopped", [False, True])
 def test_a_movement_that_has_ended_within_its_tolerance_is_over(stopped: bool) -> None:
-    """The next command is accepted although the axis still creeps, and a stop interrupts nothing.
+    """The next command is accepted although the axis still moves within its tolerance.
+
+    A stop in that time does not interrupt the movement.
 
     Rule: arrival, relative-kept, robots-move.
     """
@@ -182,5 +186,5 @@ def test_a_movement_that_has_ended_within_its_tolerance_is_over(stopped: bool) -
     assert here < 1000
     assert master.execute(*movei)[0] == 0x0200
     master.run(1000)
-    crept = master.robot.positions[0] - 1000 - here  # until the next movement began: TOLE is 80
+    crept = master.robot.positions[0] - 1000 - here  # until the next movement; TOLE is 80 pulses
     assert crept == 0 if stopped else 0 < crept <= 80

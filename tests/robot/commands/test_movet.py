@@ -1,4 +1,4 @@
-"""MOVET: to a position in tool coordinates.
+"""MOVET moves to a position in tool coordinates.
 
 A hand on the R axis turns with axis 4: at 90 degrees the tool's X is the robot's Y.
 """
@@ -25,7 +25,7 @@ def _mover(**config: Any) -> Master:
 
 @pytest.mark.parametrize("code", [0x0044, 0x0045])
 def test_without_a_hand_on_the_r_axis_the_tool_lies_as_the_robot(code: int) -> None:
-    """10 mm in X and -3 mm in Z from where it is.
+    """The robot moves 10 mm in its X and -3 mm in its Z from its present position.
 
     Rule: movet.
     Source: remote command guide 4.2.21
@@ -50,7 +50,7 @@ def test_a_hand_on_the_r_axis_turns_the_tool(code: int) -> None:
 
 @pytest.mark.parametrize("code", [0x0044, 0x0045])
 def test_the_specified_axes_are_those_of_the_tool(code: int) -> None:
-    """Axis 1 alone: the robot's Y moves, Z does not.
+    """If axis 1 alone is specified, the robot's Y moves and its Z does not.
 
     Rule: movet.
     Source: remote command guide 4.2.21, a and tt
@@ -61,14 +61,14 @@ def test_the_specified_axes_are_those_of_the_tool(code: int) -> None:
 
 
 def test_a_point_in_pulses_is_a_way_of_each_axis() -> None:
-    """500 pulses of axis 2 are 1 mm. Rule: movet."""
+    """A distance of 500 pulses of axis 2 is 1 mm. Rule: movet."""
     master = _mover(points={19: Point((2_000, 500, 0, 0, 0, 0))})
     assert master.execute(0x0044, 0, 0, 0, 19)[0] == NORMAL
     assert master.robot.positions == [3_000, 500, 0, 90_000]
 
 
 def test_the_line_of_the_tool_is_straight() -> None:
-    """X and Y of the tool at 45 degrees: the robot's Y alone.
+    """X and Y of a tool that is turned by 45 degrees add up to a movement along the robot's Y.
 
     Source: remote command guide 4.2.21, linear interpolation
     """
@@ -78,4 +78,4 @@ def test_the_line_of_the_tool_is_straight() -> None:
     seen = set(way_of(master, 0x0045, 0x0006, 0, 100, 19))
     assert len(seen) > 50
     assert all(at[0] == 0 for at in seen)
-    assert master.robot.positions == [0, 42_426, 0, 45_000]  # 30 000 times the root of 2
+    assert master.robot.positions == [0, 42_426, 0, 45_000]  # 30 000 times the square root of 2

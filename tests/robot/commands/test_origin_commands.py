@@ -1,4 +1,4 @@
-"""Absolute reset, and the return-to-origin commands."""
+"""The absolute reset and the return-to-origin commands."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rcx_harness.robot import Axis
 from robot_master import NORMAL_END, Master, abnormal_end, servos_on
 
 MOVE, RESET, ROBOT, AXIS = 0x0030, 0x0031, 0x0032, 0x0033
-#: Quarter rotations every 1000 pulses.
+#: Quarter rotations of the motor are 1000 pulses apart.
 MARK = Axis(origin_method="mark", motor_rotation=4000, start=1300)
 ABSOLUTE, INCREMENTAL = Axis(start=700), Axis(start=700, type="incremental")
 SEMI = Axis(start=700, type="semi_absolute")
@@ -54,7 +54,7 @@ def test_the_axis_moves_to_the_nearest_position_where_absolute_reset_can_be_exec
 
 
 def test_a_motor_has_16384_pulses_per_rotation_unless_the_robot_file_says_otherwise() -> None:
-    """A quarter of it is 4096. Rule: absolute-reset-model."""
+    """A quarter of a rotation is 4096 pulses. Rule: absolute-reset-model."""
     master = _master(Axis(origin_method="mark", start=1))
     assert master.execute(MOVE, 0, 0x0001) == NORMAL_END
     assert master.robot.positions == [4096]
@@ -87,7 +87,7 @@ def test_the_movement_is_made_at_manual_speed() -> None:
 
 
 def test_absolute_reset_of_axis_2_of_robot_1() -> None:
-    """The printed example, after the movement of the example before it.
+    """The printed example works after the movement of the example before it.
 
     Rule: absolute-reset, absolute-reset-model.
     Source: remote command guide 4.2.11
@@ -179,7 +179,10 @@ def test_robot_0_returns_all_robots_to_their_origin(code: int, positions: list[i
 
 
 def test_absolute_axes_return_first_then_the_others() -> None:
-    """200 ms each, and the cycle that takes the command. Rule: origin-command-axes."""
+    """Each of the two steps takes 200 ms, plus the cycle that accepts the command.
+
+    Rule: origin-command-axes.
+    """
     master = _master(INCREMENTAL, ABSOLUTE)
     master.send(ROBOT)
     master.run(205)
@@ -227,7 +230,7 @@ def test_a_return_to_origin_of_one_axis_is_performed_at_robot_1_if_no_robot_is_s
     assert master.robot.positions == [0, 700, 700, 0]
 
 
-# What both need, and what ends them
+# What both commands need, and what ends them
 
 
 @pytest.mark.parametrize(
@@ -270,7 +273,10 @@ def test_a_stop_ends_a_return_to_origin_by_command(name: str, number: str) -> No
 
 @pytest.mark.parametrize("robot", [1, 2])
 def test_a_return_to_origin_is_refused_while_another_one_is_under_way(robot: int) -> None:
-    """SI(14) moves the axis of robot 1; robot 2 has to wait, too. Rule: origin-command-needs."""
+    """SI(14) moves the axis of robot 1. A command for robot 2 is refused until it has ended.
+
+    Rule: origin-command-needs.
+    """
     master = _master(INCREMENTAL, Axis(start=700, robot=2), moving_alarm="1.0")
     master.turn_and_wait("SI14", True, 100)
     assert master.execute(AXIS | robot << 12, 0, 0x0001) == abnormal_end("1.0")

@@ -1,6 +1,6 @@
-"""Pallet movement: to a work position between the points that define a pallet.
+"""A pallet movement goes to a work position between the points that define a pallet.
 
-The pallet has 3 x 2 work positions: 1 to 3 along X, 4 to 6 above them in Y.
+The pallet has 3 x 2 work positions: 1 to 3 along X, and 4 to 6 beside them in Y.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def _mover(**config: Any) -> Master:
     ],
 )
 def test_ptp_to_a_work_position(work: int, expected: list[int]) -> None:
-    """All axes move. Source: remote command guide 4.2.5, PTP designation."""
+    """All axes move to the work position. Source: remote command guide 4.2.5, PTP designation."""
     master = _mover()
     answer = master.execute(0x0018, PULSES | 0x0004, 0, 70, 7, work)
     assert master.robot.positions == expected
@@ -46,9 +46,9 @@ def test_ptp_to_a_work_position(work: int, expected: list[int]) -> None:
 
 
 def test_arch_to_a_work_position() -> None:
-    """Axis 3 rises to 40.000 mm, and comes down to 4.000 mm.
+    """Axis 3 rises to 40.000 mm and comes down to 4.000 mm.
 
-    At 10 % an axis does at most 500 pulses per cycle; the others start at 10.000 mm.
+    At 10 % an axis does at most 500 pulses per cycle. The other axes start at 10.000 mm.
 
     Source: remote command guide 4.2.5, arch designation, steps 1 to 4
     """
@@ -73,7 +73,11 @@ def test_arch_to_a_work_position() -> None:
 def test_an_undefined_work_position(
     code: int, axes: int, pallet: int, work: int, alarm: str
 ) -> None:
-    """Rule: other-alarms. Source: remote command guide 4.2.5, pppp and www."""
+    """A movement to an undefined work position is refused.
+
+    Rule: other-alarms.
+    Source: remote command guide 4.2.5, pppp and www.
+    """
     master = _mover(undefined_pallet_alarm="6.1", work_position_alarm="6.2")
     assert master.execute(code, 0, axes, 0, pallet, work) == abnormal_end(alarm)
     assert master.robot.positions == [0, 0, 0, 0]

@@ -1,4 +1,4 @@
-"""Pallets: their definition, and the work positions between their points."""
+"""Pallets are defined by points, and their work positions lie between these points."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def _mm(*data: int) -> Point:
     return Point(data + (0,) * (6 - len(data)), mm=True)
 
 
-#: Three by two by three positions, 10 mm apart in X, 20 in Y, 5 in Z, from (100, -50, 7) mm on.
+#: A pallet of 3 x 2 x 3 positions, 10 mm apart in X, 20 mm in Y, 5 mm in Z, from (100, -50, 7) mm.
 BOX = {
     200: _mm(100_000, -50_000, 7_000),
     201: _mm(120_000, -50_000, 7_000),
@@ -32,7 +32,7 @@ BOX_PALLET = {3: Pallet(3, 2, 3, 200)}
         ((32767, 1, 1), True),
         ((31, 7, 151), True),  # 32767
         ((32, 32, 32), False),  # 32768
-        ((256, 256, 1), False),  # 65536, which is 0 in 16 bits
+        ((256, 256, 1), False),  # 65536 positions, which is 0 in 16 bits
         ((2, 1, 16384), False),
         ((0, 1, 1), False),
         ((1, 0, 1), False),
@@ -52,7 +52,7 @@ def test_a_pallet_has_1_to_32767_positions(counts: tuple[int, ...], allowed: boo
 
 @pytest.mark.parametrize("work", range(1, 19))
 def test_work_positions_count_in_x_then_y_then_z(work: int) -> None:
-    """Each of the 3 * 2 * 3 positions once.
+    """The test visits each of the 3 * 2 * 3 positions once.
 
     Rule: work-positions.
     Source: remote command guide 4.4.3, 4.3.3
@@ -78,7 +78,9 @@ def test_work_positions_count_in_x_then_y_then_z(work: int) -> None:
     ],
 )
 def test_a_pallet_need_not_be_a_rectangle(work: int, expected: tuple[int, int]) -> None:
-    """Position 5 of 3 * 3 is the mean of the four corners: (0+20+0+30)/4, (0+4+20+30)/4.
+    """Position 5 of 3 * 3 is the mean of the four corners.
+
+    These are (0+20+0+30)/4 in X and (0+4+20+30)/4 in Y.
 
     Rule: work-positions.
     Source: remote command guide 4.4.3
@@ -90,7 +92,9 @@ def test_a_pallet_need_not_be_a_rectangle(work: int, expected: tuple[int, int]) 
 
 
 def test_all_axes_are_interpolated_and_rounded_in_the_unit_of_the_points() -> None:
-    """Thirds of the way: 1 -> 0, 2 -> 1, 5 -> 2, -5 -> -2, 100 -> 33; halves away from 0.
+    """A third of the way is rounded: 1 -> 0, 2 -> 1, 5 -> 2, -5 -> -2, 100 -> 33.
+
+    A half is rounded away from 0.
 
     Rule: work-positions.
     Source: remote command guide 4.4.3
@@ -134,7 +138,7 @@ def test_the_points_of_a_pallet_have_the_same_unit() -> None:
 
 
 def test_a_position_beyond_32_bits_is_refused() -> None:
-    """At the far end of Z and X the position is 2^31 - 1 + 1.
+    """At the last position in Z and X the coordinate would be 2^31.
 
     Rule: overflow.
     Source: remote command guide 4.4.3
@@ -149,7 +153,7 @@ def test_a_position_beyond_32_bits_is_refused() -> None:
 
 
 def test_the_target_pallet_must_be_defined_and_its_definition_ends_the_work_positions() -> None:
-    """3 * 2 * 3 are 18 positions.
+    """The pallet has 3 * 2 * 3 = 18 positions.
 
     Rule: pallet-point, undefined-pallet.
     Source: remote command guide 4.4.3

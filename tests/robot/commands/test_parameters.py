@@ -1,4 +1,4 @@
-"""Parameters: assignment and reference, per robot and per axis."""
+"""Parameters can be assigned and read, for each robot and each axis."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from robot_master import NORMAL_END, Master, abnormal_end
 from stored_data import long_words, ready
 
 WRITE, READ = 0x0220, 0x0224
-#: The table of the guide: number, and the limits of an axis parameter.
+#: The table of the guide: the number of each parameter, and the limits of axis parameters.
 AXIS_PARAMETERS = {
     257: (1, 100),
     258: (1, 100),
@@ -33,7 +33,7 @@ def _write(master: Master, number: int, axes: int, value: int, robot: int = 0) -
 
 
 def _read(master: Master, number: int, axes: int, robot: int = 0) -> tuple[int, ...]:
-    """Check the other response words, and return m+8 and m+10."""
+    """Return m+8 and m+10, after a check of the other response words."""
     answer = master.execute(robot << 12 | READ, 0, number, axes)
     assert answer[:4] == (0x0200, 0, number, axes)
     assert answer[6:] == (0,) * 10
@@ -67,7 +67,11 @@ def test_a_payload_is_0_to_the_maximum_payload(number: int, axes: int, limit: in
 
 
 def test_the_payload_in_kg_and_in_g_is_one() -> None:
-    """7 kg are 7000 g; 7999 g are 7 kg. Rule: payload. Source: remote command guide 4.4.2."""
+    """A payload of 7 kg is read as 7000 g. A payload of 7999 g is read as 7 kg.
+
+    Rule: payload.
+    Source: remote command guide 4.4.2.
+    """
     master = ready()
     _write(master, WEIGHT, 0, 7)
     assert _read(master, WEIGHTG, 0) == long_words(7000)
@@ -87,7 +91,9 @@ def test_parameters_as_delivered() -> None:
 
 @pytest.mark.parametrize("number", AXIS_PARAMETERS)
 def test_each_axis_of_each_robot_has_its_own_value(number: int) -> None:
-    """Axes 1, 2 and 5 of the controller are robot 1, axes 3 and 4 robot 2; robot 0 is robot 1.
+    """Axes 1, 2 and 5 of the controller belong to robot 1, axes 3 and 4 to robot 2.
+
+    Robot 0 means robot 1.
 
     Source: remote command guide 4.4.2
     """
@@ -125,7 +131,10 @@ def test_a_parameter_has_one_axis_or_none(code: int, number: int, axes: int) -> 
 
 
 def test_one_number_presets_a_parameter_of_every_axis_and_of_every_robot() -> None:
-    """Six axes, robot 4 has the last of them. Source: remote command guide 4.4.2."""
+    """The controller has six axes, and robot 4 has the last of them.
+
+    Source: remote command guide 4.4.2.
+    """
     axes = (*[Axis()] * 5, Axis(robot=4))
     master = ready(axes=axes, parameters={"ACCEL": 30, "WEIGHT": 7})
     assert [_read(master, 257, 1 << place)[0] for place in range(5)] == [30] * 5

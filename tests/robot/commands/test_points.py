@@ -1,4 +1,4 @@
-"""Point data: definition, reference, assignment, addition and subtraction."""
+"""Point data can be defined, read, assigned, added and subtracted."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_point_data_have_32_bits_on_each_of_six_axes() -> None:
 
 @pytest.mark.parametrize(("bits", "hand"), [(0, 0), (1, 1), (2, 2), (3, 0)])
 def test_two_bits_tell_the_hand_system(bits: int, hand: int) -> None:
-    """01 is right-handed, 10 left-handed, all else none.
+    """01 is right-handed and 10 left-handed. Any other value means no hand system.
 
     Rule: point-hand.
     Source: remote command guide 4.3.1
@@ -41,7 +41,7 @@ def test_two_bits_tell_the_hand_system(bits: int, hand: int) -> None:
     ("bits", "shown"), [(0b0000, 0), (0b0001, 1), (0b1111, 15), (0b0010, 0), (0b1110, 0)]
 )
 def test_four_bits_tell_the_arm_rotation(low: int, bits: int, shown: int) -> None:
-    """0001 is 1, 1111 is -1, all else 0; arm 1 from bit 3, arm 2 from bit 7.
+    """0001 is 1, 1111 is -1, and all other values are 0. Arm 1 begins at bit 3, arm 2 at bit 7.
 
     Rule: point-hand.
     Source: remote command guide 4.3.1
@@ -68,7 +68,10 @@ def test_a_point_that_is_not_defined_has_no_data_to_refer_to() -> None:
 
 
 def test_point_1_becomes_point_2_with_all_that_belongs_to_it() -> None:
-    """Point 2 stays, and the comment of point 1, too. Source: remote command guide 4.4.3."""
+    """Point 2 (the source) and the comment of point 1 do not change.
+
+    Source: remote command guide 4.4.3.
+    """
     master = ready(points={100: LEFT, 1: PULSES}, comments={1: "ONE", 100: "HUNDRED"})
     assert master.execute(ASSIGN, 0, 1, 100) == NORMAL_END
     assert master.robot.points == {1: LEFT, 100: LEFT}
@@ -140,7 +143,7 @@ def test_both_points_must_be_defined(code: int) -> None:
 
 
 def test_a_restored_snapshot_has_the_points_of_its_time() -> None:
-    """The points that commands write are those that movements take.
+    """Restoring a snapshot restores the points that commands wrote, and movements use them.
 
     Source: remote command guide 4.3.1
     """

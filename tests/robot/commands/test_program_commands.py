@@ -1,4 +1,4 @@
-"""Category 5: registering and running robot programs."""
+"""Commands of category 5 register and run robot programs."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_the_main_program_is_in_task_1_from_power_on_and_no_other_is_in_a_task()
 
 
 def test_task_number_0_is_the_lowest_vacant_task() -> None:
-    """Task 1 has the main program; with 3 taken, 2 and then 4 are the next.
+    """The main program is in task 1. If task 3 is used, the next vacant tasks are 2 and then 4.
 
     Rule: register-program.
     Source: remote command guide 4.6.1
@@ -72,7 +72,7 @@ def test_all_16_tasks_can_be_taken_and_then_no_task_is_vacant() -> None:
 
 
 def test_a_program_moves_to_the_task_where_it_is_registered_anew() -> None:
-    """The old program leaves the task; the new one is at its first line. Rule: task-table."""
+    """The old program leaves the task. The new program is at its first line. Rule: task-table."""
     master = program_master()
     master.execute(*telegram(REGISTER, NUMBER, program=2, task=2, priority=5))
     master.execute(*telegram(SKIP, NUMBER, program=1))
@@ -83,7 +83,9 @@ def test_a_program_moves_to_the_task_where_it_is_registered_anew() -> None:
 
 
 def test_a_program_whose_task_another_takes_can_be_started_by_that_one() -> None:
-    """It was stopped in its second line, and is at its beginning again, in the next vacant task.
+    """A program that lost its task to another program can be started by that program.
+
+    It had stopped in its second line. It starts at its first line in the next vacant task.
 
     Rule: task-table.
     """
@@ -98,7 +100,7 @@ def test_a_program_whose_task_another_takes_can_be_started_by_that_one() -> None
 
 
 def test_a_program_is_found_by_its_name() -> None:
-    """Filled with spaces as the text says, or with zeros as the examples are.
+    """The name may be filled with spaces, as in the text, or with zeros, as in the examples.
 
     Source: remote command guide 4.6.1
     """
@@ -124,7 +126,7 @@ def test_of_names_that_are_equal_up_to_16_characters_the_lowest_number_counts() 
 @pytest.mark.parametrize(
     "words",
     [
-        telegram(REGISTER, NUMBER, program=3, priority=1),  # there are two
+        telegram(REGISTER, NUMBER, program=3, priority=1),  # only two programs exist
         telegram(REGISTER, NUMBER, program=100, priority=1),
         telegram(REGISTER, NAME, priority=1, name="THIRD"),
         telegram(REGISTER, NAME, priority=1),
@@ -147,7 +149,7 @@ def test_a_program_that_is_not_there_cannot_be_registered(words: tuple[int, ...]
         telegram(REGISTER, NUMBER, program=1, task=17, priority=1),
         telegram(REGISTER, NUMBER, program=1, priority=0),
         telegram(REGISTER, NUMBER, program=1, priority=65),
-        telegram(REGISTER, NAME, priority=1, name="second"),  # upper case letters only
+        telegram(REGISTER, NAME, priority=1, name="second"),  # A name has upper case letters only.
         (REGISTER, 0x0100 | NAME, 0, 0, 1, 0, *text_words("FIRST")),
         (REGISTER, NUMBER, 1, 1, 1, 1),
     ],
@@ -213,14 +215,17 @@ def test_all_programs_that_are_in_a_task_run_with_method_0() -> None:
 
 
 def test_the_auto_operation_start_input_runs_all_programs_in_a_task_too() -> None:
-    """Both are the same processing. Source: remote command guide 4.6.2."""
+    """The start input and the command with method 0 do the same.
+
+    Source: remote command guide 4.6.2.
+    """
     master = registered_master(3)
     master.pulse("SI12")
     assert master.so[35] == 0b101
 
 
 def test_the_start_input_has_no_effect_while_a_program_runs() -> None:
-    """This includes programs that do not run. Rule: program-start."""
+    """A start input has no effect on programs that do not run, either. Rule: program-start."""
     master = registered_master(3)
     master.execute(*telegram(EXECUTE, NUMBER, program=1))
     master.pulse("SI12")
@@ -245,7 +250,7 @@ def test_stopped_programs_go_on_and_ended_programs_stay_ended() -> None:
 
 
 def test_two_orders_in_a_row_are_both_carried_out() -> None:
-    """The second program may be ordered before the first one has started."""
+    """The second program may be ordered before the first program has started."""
     master = registered_master(2, program_start_delay=500)
     master.execute(*telegram(EXECUTE, NUMBER, program=1))
     master.execute(*telegram(EXECUTE, NUMBER, program=2))
@@ -277,7 +282,11 @@ def test_a_program_that_is_in_no_task_cannot_run() -> None:
 
 @pytest.mark.parametrize("code", [EXECUTE, STEP, NEXT])
 def test_a_program_does_not_run_in_a_stop(code: int) -> None:
-    """SI(06) OFF is alarm 12.400. Rule: execute-programs. Source: manual chapter 4, 4."""
+    """With SI(06) OFF the command ends in alarm 12.400.
+
+    Rule: execute-programs.
+    Source: manual chapter 4, 4.
+    """
     master = program_master()
     master.turn_and_wait("SI06", False)
     assert master.execute(*telegram(code, NUMBER, program=1)) == abnormal_end("12.400")
@@ -300,7 +309,10 @@ def test_a_program_does_not_run_in_an_emergency_stop_nor_before_the_alarm_reset(
 
 @pytest.mark.parametrize("code", [EXECUTE, STEP, SKIP, NEXT, RESET])
 def test_programs_are_run_and_reset_in_auto_mode_only(code: int) -> None:
-    """Registering and the reference work in MANUAL mode, too. Rule: execute-programs."""
+    """Registering a program and the reference commands also work in MANUAL mode.
+
+    Rule: execute-programs.
+    """
     master = program_master(manual_mode_alarm="9.4")
     master.robot.inject("manual_mode")
     assert master.execute(*telegram(code, NUMBER, program=1)) == abnormal_end("9.4")
@@ -334,7 +346,7 @@ def test_a_program_name_may_be_filled_with_spaces_or_with_zeros(filled: bytes) -
 )
 @pytest.mark.parametrize("code", [REGISTER, 0x0402, 0x0403, 0x0404, 0x0405, 0x0406, INFO])
 def test_a_name_with_an_inner_space_or_with_both_fillers_is_refused(code: int, name: bytes) -> None:
-    """A name consists of letters (uppercase), numbers and underscores, then one kind of filler.
+    """A name has upper case letters, digits and underscores, followed by one kind of filler.
 
     Rule: name-filler.
     Source: remote command guide 4.6.1 to 4.6.4.

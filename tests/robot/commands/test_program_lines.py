@@ -1,4 +1,4 @@
-"""Category 5: single lines, reset and information of robot programs."""
+"""Commands of category 5 execute single lines, reset programs and read their state."""
 
 from __future__ import annotations
 
@@ -39,7 +39,11 @@ CALLING = RobotProgram(
 
 
 def test_step_executes_one_line_and_enters_the_subroutine() -> None:
-    """Lines 1, 4, 5, 6, then 2. Rule: program-lines. Source: remote command guide 4.6.2."""
+    """The program executes lines 1, 4, 5 and 6, then line 2.
+
+    Rule: program-lines.
+    Source: remote command guide 4.6.2.
+    """
     master = program_master(CALLING)
     seen = []
     for _ in range(5):
@@ -50,7 +54,7 @@ def test_step_executes_one_line_and_enters_the_subroutine() -> None:
 
 
 def test_next_executes_the_entire_subroutine() -> None:
-    """Line 1 with the lines 4 to 6, then 2.
+    """The program executes line 1 with the subroutine in lines 4 to 6, then line 2.
 
     Rule: program-lines.
     Source: remote command guide 4.6.2
@@ -87,7 +91,7 @@ def test_skip_leaves_one_line_out() -> None:
 
 
 def test_a_program_goes_on_behind_a_line_that_was_skipped() -> None:
-    """The wait of line 2 is left out; then the program runs on. Rule: program-lines."""
+    """The program skips the wait in line 2 and then runs on. Rule: program-lines."""
     master = program_master(FIRST)
     master.execute(*telegram(STEP, NUMBER, program=1))
     master.execute(*telegram(SKIP, NUMBER, program=1))
@@ -97,7 +101,7 @@ def test_a_program_goes_on_behind_a_line_that_was_skipped() -> None:
 
 
 def test_a_step_in_a_line_that_waits_goes_on_until_it_is_done() -> None:
-    """SO(13) is ON meanwhile; the line after it is not executed.
+    """SO(13) is ON during the wait. The next line is not executed.
 
     Rule: program-lines, program-received.
     """

@@ -1,4 +1,4 @@
-"""PUSH: one axis moves to a target and pushes what stands in its way."""
+"""PUSH moves an axis to a target and pushes a workpiece that stands in its way."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ EVERY = [0x004B, 0x004C, 0x004D]
 
 
 def _mover(workpiece: int | None = 4_500, **config: Any) -> Master:
-    """Return a robot whose axis 3 has 500 pulses/mm; a workpiece is at 4500 pulses = 9.000 mm."""
+    """Return a robot with 500 pulses/mm on axis 3, and a workpiece at 4500 pulses = 9.000 mm."""
     axes = (Axis(start=1), Axis(start=2), Axis(pulses_per_mm=500, workpiece=workpiece), Axis())
     point = Point((7, 7, 10_000, 7, 0, 0), mm=True)
     return mover(**{"axes": axes, "points": {19: point}, **config})
 
 
 def _words(code: int, flags: int = 0, force: int = 0, time: int = 0) -> tuple[int, ...]:
-    """Return the words that push axis 3 to 5000 pulses = 10.000 mm with 50 %."""
+    """Return the words that push axis 3 to 5000 pulses = 10.000 mm at 50 %."""
     target = {0x004B: (19, 0), 0x004C: (10_000, 0), 0x004D: (5_000, 0)}[code]
     return (code, flags | ONE | 0x0004, AXIS_3, 50, *target, 0, 0, force & 0xFFFF, time)
 
@@ -44,7 +44,9 @@ def _pushes_for(master: Master, *words: int) -> int:
 
 @pytest.mark.parametrize("code", EVERY)
 def test_push_completed_at_time_out(code: int) -> None:
-    """The axis is at the workpiece, even if that is removed then; bit 0 of m+6 is 1.
+    """The axis stays at the workpiece's position, even if the workpiece is removed then.
+
+    Bit 0 of m+6 is 1.
 
     Rule: push.
     Source: remote command guide 4.2.23, p
@@ -78,13 +80,16 @@ def test_the_push_time_period(time: int) -> None:
 
 
 def test_without_a_push_time_period_the_parameter_counts() -> None:
-    """PSHTIME of that axis. Rule: push-parameters."""
+    """The parameter PSHTIME of the axis gives the time. Rule: push-parameters."""
     master = _mover(parameters={"PSHTIME": (10, 10, 300, 10)})
     assert _pushes_for(master, *_words(0x004D)) == 300
 
 
 def test_a_workpiece_that_gives_way_restarts_the_time() -> None:
-    """It is removed after 100 of 200 ms: the axis continues to its target. Rule: push-model."""
+    """The workpiece is removed after 100 of 200 ms, and the axis continues to its target.
+
+    Rule: push-model.
+    """
     master = _mover()
     master.send(*_words(0x004D, TIME, time=200))
     master.run(250)
@@ -108,7 +113,9 @@ def test_other_movements_do_not_stop_at_a_workpiece() -> None:
 
 
 def test_the_push_speed_ratio_reduces_the_speed() -> None:
-    """5000 pulses at 50 % of 1 000 000/s: a triangle, 0.063 s; at 1 % of that: 1.001 s.
+    """5000 pulses at 50 % of 1 000 000/s take 0.063 s, without a constant phase.
+
+    At 1 % of that speed the movement takes 1.001 s.
 
     Rule: push-parameters.
     """
@@ -131,7 +138,7 @@ def test_the_stop_input_ends_a_push_with_12_400() -> None:
 
 @pytest.mark.parametrize(("start", "sign"), [(0, 1), (0, -1), (700, -1), (-700, 1)])
 def test_a_target_at_the_workpiece_is_reached_and_pushes_nothing(start: int, sign: int) -> None:
-    """The axis touches it without going further, from either side.
+    """From either side, the axis touches the workpiece without going further.
 
     Rule: push-model.
     Source: remote command guide 4.2.23, p

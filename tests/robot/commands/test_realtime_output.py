@@ -1,4 +1,4 @@
-"""Category 8: real time output in words 24 to 127 of the extended area."""
+"""Commands of category 8 set up the real time output in words 24 to 127 of the extended area."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from robot_master import NORMAL_END, Master, abnormal_end, powered_up
 
 DEFINE, READ, ENABLE = 0x701, 0x702, 0x703
 DUTY = 13
-#: 20 % of the maximum torque is 100 % of the rated one.
+#: 20 % of the maximum torque is 100 % of the rated torque.
 HOLDING = (Axis(holding_torque=20), Axis(holding_torque=-10), Axis(robot=2, holding_torque=1))
 
 
@@ -44,7 +44,7 @@ def test_the_examples_define_word_24_as_the_motor_duty_of_robot_1_axis_2_and_sho
 
 
 def test_each_word_shows_what_was_defined_for_it_last() -> None:
-    """Words 24 and 127 are the first and the last.
+    """Words 24 and 127 are the first and the last word.
 
     Rule: real-time-output.
     Source: remote command guide 4.9.1
@@ -60,7 +60,7 @@ def test_each_word_shows_what_was_defined_for_it_last() -> None:
 
 
 def test_words_that_are_not_put_out_are_the_robot_programs() -> None:
-    """While the function is invalid, all of them.
+    """While the function is invalid, all words belong to the robot programs.
 
     Rule: real-time-update.
     Source: remote command guide 4.9.3
@@ -78,7 +78,7 @@ def test_words_that_are_not_put_out_are_the_robot_programs() -> None:
 
 
 def test_the_words_follow_by_themselves_while_the_axes_move_and_stand() -> None:
-    """They follow even if the master changes nothing. Rule: real-time-update."""
+    """The words follow the axes even if the master changes nothing. Rule: real-time-update."""
     axes = (Axis(moving_torque=10), Axis())
     master = _master(axes=axes)
     master.pulse("SI01")
@@ -98,7 +98,10 @@ def test_the_words_follow_by_themselves_while_the_axes_move_and_stand() -> None:
 
 
 def test_the_words_are_updated_at_the_interval_of_the_configuration() -> None:
-    """Every 40 ms; the positions in between are not shown. Rule: real-time-update."""
+    """The words change every 40 ms. They never show the positions in between.
+
+    Rule: real-time-update.
+    """
     items = {1: "position_pulses"}
     master = _master(real_time_interval=40.0, real_time_items=items)
     master.execute(DEFINE, 0, 30, 0, 1, 1, 1)
@@ -156,7 +159,10 @@ def test_a_word_without_definition_answers_item_0() -> None:
 
 
 def test_items_that_the_configuration_does_not_name_show_0() -> None:
-    """Their options are not checked. Rule: real-time-items."""
+    """Items without a number in the configuration show 0, and their options are not checked.
+
+    Rule: real-time-items.
+    """
     master = _master()
     for item in (1, 45):
         assert master.execute(DEFINE, 0, 24, 0, item, 0xFFFF, 9) == NORMAL_END
@@ -174,7 +180,7 @@ def test_an_axis_that_is_not_there_cannot_be_put_out(options: tuple[int, int]) -
 
 
 def test_every_quantity_can_be_put_out_with_its_sign_and_its_upper_word() -> None:
-    """Axis 2 of robot 1: -70000 pulses (0xFFFE EE90), holding -10 % of the maximum torque.
+    """Axis 2 of robot 1 is at -70000 pulses (0xFFFE EE90) and holds -10 % of the maximum torque.
 
     Rule: real-time-items.
     """

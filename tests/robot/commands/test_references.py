@@ -1,4 +1,4 @@
-"""Category 6: data of the controller, and data that other commands have set."""
+"""Commands of category 6 read data of the controller and data that other commands have set."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TWO_ROBOTS = (Axis(), Axis(), Axis(robot=2, robot_type=5000), Axis(robot=2, robo
 
 
 def _data(*words: int) -> tuple[int, ...]:
-    """Return the response words from m+2 on: 0, the given words, then zeros."""
+    """Return the response words from m+2 on: 0, the given words, then zeros up to the end."""
     return (0, *words, *(0,) * (14 - len(words)))
 
 
@@ -42,7 +42,7 @@ def test_each_robot_has_its_own_configuration() -> None:
 
 @pytest.mark.parametrize(("arm", "flag"), [(0, 0b011), (1, 0b101)])
 def test_the_position_shows_the_hand_system_if_it_is_configured(arm: int, flag: int) -> None:
-    """01 is right-handed, 10 left-handed; bit 0 as the example prints it.
+    """01 is right-handed, 10 left-handed. Bit 0 is as the example prints it.
 
     Rule: position-hand.
     Source: remote command guide 4.7.4
@@ -57,7 +57,9 @@ def test_the_position_shows_the_hand_system_if_it_is_configured(arm: int, flag: 
 
 @pytest.mark.parametrize("code", [PULSES, MM])
 def test_continuous_output_goes_on_in_an_alarm_and_has_no_end_status(code: int) -> None:
-    """Every cycle again with status 0x0100; the status reset command leads to 0x0000.
+    """The position is sent in every cycle with status 0x0100.
+
+    The status reset command leads to 0x0000.
 
     Rule: continuous, continuous-details.
     Source: remote command guide 4.7.4
@@ -78,11 +80,11 @@ def test_continuous_output_goes_on_in_an_alarm_and_has_no_end_status(code: int) 
     assert master.words == (0,) * 16
 
 
-# Speeds, arm, inching amount
+# Speeds, arm designation, inching amount
 
 
 def test_speeds_are_read_back_as_they_were_set_for_each_robot() -> None:
-    """Automatic at m+4, manual at m+6, program at m+8.
+    """The automatic speed is at m+4, the manual speed at m+6, the program speed at m+8.
 
     Rule: references.
     Source: remote command guide 4.7.8
@@ -118,7 +120,7 @@ def test_a_robot_other_than_a_scara_robot_shows_9(code: int) -> None:
 
 
 def test_the_example_shows_the_origins_of_robot_1() -> None:
-    """All types of axes with motor type 0 and every pattern that has no meaning of its own.
+    """The answer names all types of axes, for motor type 0 and for every pattern without a meaning.
 
     Source: remote command guide 4.7.11
     """
@@ -130,7 +132,9 @@ def test_the_example_shows_the_origins_of_robot_1() -> None:
 
 
 def test_robot_0_is_the_entire_system() -> None:
-    """m+4 has one state, also with a motor type, which applies to robots 1 to 4 only.
+    """m+4 has one state for the system, even with a motor type.
+
+    Motor types apply to robots 1 to 4 only.
 
     Rule: origin-system.
     Source: remote command guide 4.7.11
@@ -159,7 +163,9 @@ def test_the_motor_type_chooses_axes_and_the_others_are_not_applicable() -> None
 
 
 def test_the_examples_show_the_torque_of_axis_3_alone() -> None:
-    """20 % of the maximum, 100 % of the rated torque; 0 for the axes that were not requested.
+    """Axis 3 has 20 % of the maximum, which is 100 % of the rated torque.
+
+    Axes that were not requested show 0.
 
     Rule: torque-model.
     Source: remote command guide 4.7.12, 4.7.18
@@ -175,7 +181,9 @@ def test_the_examples_show_the_torque_of_axis_3_alone() -> None:
 
 
 def test_a_moving_axis_needs_torque_in_its_direction() -> None:
-    """With 10 % beside a holding torque of -5 %: 5 and -15 % of the maximum; 10 % is rated.
+    """Axis 3 has 20 % of the maximum torque, which is 100 % of its rated torque.
+
+    Axes that were not requested show 0.
 
     Rule: torque-model.
     Source: remote command guide 4.7.12, 4.7.18
@@ -183,7 +191,7 @@ def test_a_moving_axis_needs_torque_in_its_direction() -> None:
     master = powered_up(axes=(Axis(holding_torque=-5, rated_torque=10), Axis()))
     master.pulse("SI01")
     torques = master.robot.machine.data.torques
-    master.send(0x0001, 4, 0, 1, 19)  # point 19: axis 1 plus, axis 2 minus
+    master.send(0x0001, 4, 0, 1, 19)  # to point 19: axis 1 plus, axis 2 minus
     master.run(50)
     assert [torques.of_max(axis) for axis in (0, 1)] == [5, -10]
     assert [torques.of_rated(axis) for axis in (0, 1)] == [50, -50]
@@ -192,7 +200,7 @@ def test_a_moving_axis_needs_torque_in_its_direction() -> None:
 
 
 def test_a_negative_torque_is_shown_as_such() -> None:
-    """-5 is 0xFFFB. Source: remote command guide 4.7.12."""
+    """A torque of -5 is shown as 0xFFFB. Source: remote command guide 4.7.12."""
     master = powered_up(axes=(Axis(holding_torque=-5),))
     master.pulse("SI01")
     assert answer_of(master, 0x0510) == _data(0xFFFB)
@@ -221,7 +229,7 @@ def test_the_torque_is_0_for_axes_that_are_not_connected(code: int) -> None:
 
 
 def test_the_example_shows_the_option_slots_of_controller_1() -> None:
-    """EtherNet/IP in slot 1, DIO in slot 2.
+    """Slot 1 has the EtherNet/IP unit, slot 2 the DIO unit.
 
     Rule: option-slots.
     Source: remote command guide 4.7.15

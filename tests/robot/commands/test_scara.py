@@ -1,6 +1,6 @@
 """Remote commands on a robot with the arms of a YK400XE: 225 and 175 mm.
 
-A point across the front: x = 150, y = 240 mm is 283.02 mm from the base.
+The point that most tests use, x = 150, y = 240 mm, is 283.02 mm from the base.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from robot_master import Master, abnormal_end
 
 PTP, LINE, ARC, ARM, ARM_STATUS, POSITION = 0x1001, 0x1003, 0x1004, 0x103D, 0x150C, 0x1506
 X, Y, Z, R = 1, 2, 4, 8
-#: Positions on the right, in front, and out of reach of the arm.
+#: Positions to the right of the robot, in front of it, and out of reach of the arms.
 RIGHT, FRONT, FAR = (150_000, 240_000), (0, 285_044), (300_000, 300_000)
 LEFT_HANDED = 2
 
@@ -37,7 +37,7 @@ def _point(place: tuple[int, int], z: int = 50_000, r: int = 0, hand: int = 0) -
 
 
 def _robot(at: int = 0, **config: Any) -> Master:
-    """Return the robot with its servos on, at one of its points unless `at` is 0."""
+    """Return the robot with its servos on, at point number `at`, or at 0 pulses if `at` is 0."""
     points = {
         1: _point(RIGHT),
         2: _point((-150_000, 240_000)),
@@ -67,9 +67,9 @@ def _mm(master: Master, pulses: tuple[int, ...]) -> tuple[float, ...]:
 
 
 def test_a_point_in_millimetres_is_reached_with_the_designated_arm() -> None:
-    """Axis 2 is acos((283.02^2 - 225^2 - 175^2) / (2 * 225 * 175)) = 88.83 degrees.
+    """Axis 2 is at acos((283.02^2 - 225^2 - 175^2) / (2 * 225 * 175)) = 88.83 degrees.
 
-    Right-handed it is positive. R is 0 in the coordinates.
+    The right-handed angle is positive. R is 0 in the coordinates.
 
     Rule: robot-arm.
     """
@@ -83,7 +83,7 @@ def test_a_point_in_millimetres_is_reached_with_the_designated_arm() -> None:
 
 
 def test_a_point_with_a_hand_system_is_reached_with_that_arm() -> None:
-    """The same place is reached with axis 2 on the other side.
+    """The arm reaches the same place with axis 2 bent to the other side.
 
     The arm status shows the arm's pose.
 
@@ -107,7 +107,7 @@ def test_a_changed_arm_designation_decides_for_points_without_a_hand_system() ->
 
 
 def test_ptp_turns_the_joints_evenly_and_the_tool_goes_on_a_curve() -> None:
-    """Across the front the tool is farther away in the middle than on the line."""
+    """In front of the robot, the middle of the curve is farther from the base than the line is."""
     master = _robot(at=1)
     way = way_of(master, PTP, 0, 0, 0, 2)
     first, last = way[0], way[-1]
@@ -120,9 +120,9 @@ def test_ptp_turns_the_joints_evenly_and_the_tool_goes_on_a_curve() -> None:
 
 
 def test_a_line_is_straight_in_millimetres() -> None:
-    """Y stays 240 mm within a pulse of the axes: 0.4 / 2900 degrees are 0.0024 mm each.
+    """Y stays 240 mm within a pulse of each axis: 0.4 / 2900 degrees are 0.0024 mm each.
 
-    The hand system stays, R too.
+    The hand system and R stay, too.
     """
     master = _robot(at=1)
     way = way_of(master, LINE, 0, 0, 0, 2)
@@ -136,7 +136,10 @@ def test_a_line_is_straight_in_millimetres() -> None:
 
 
 def test_no_axis_is_faster_on_a_line_than_it_can() -> None:
-    """Steps in 5 ms, and their changes, beside speed and acceleration; a pulse is for rounding."""
+    """The steps of each axis in 5 ms, and their changes, respect its speed and acceleration.
+
+    One pulse is allowed for rounding.
+    """
     master = _robot(at=1)
     way = way_of(master, *_words("MoveLinear", speed_mode=3, speed=1000, point=2))
     for place, axis in enumerate(master.robot.config.axes):
@@ -147,9 +150,9 @@ def test_no_axis_is_faster_on_a_line_than_it_can() -> None:
 
 
 def test_an_arc_is_round_in_millimetres() -> None:
-    """From (150, 240) through (0, 300) to (-150, 240) mm.
+    """The arc goes from (150, 240) through (0, 300) to (-150, 240) mm.
 
-    The radius is 217.5 mm, the centre (0, 82.5) mm.
+    The radius is 217.5 mm, and the centre is (0, 82.5) mm.
     """
     master = _robot(at=1)
     way = way_of(master, ARC, 0, 0, 0, 7, 2)
@@ -204,9 +207,10 @@ def test_each_of_these_alarms_has_its_knob(
 
 
 def test_the_angle_of_the_outer_range_is_a_knob() -> None:
-    """At y = 399 mm axis 2 is at 8.2 degrees: cos = (399^2 - 225^2 - 175^2) / (2 * 225 * 175).
+    """The knob sets the bend of axis 2 at which a line ends: 3 degrees and less by default.
 
-    It is inside 3 degrees nowhere on the way; at 400 mm it would be 0.
+    At y = 399 mm axis 2 is at 8.2 degrees: cos = (399^2 - 225^2 - 175^2) / (2 * 225 * 175). It is
+    more than 3 degrees all the way. At 400 mm it would be 0.
 
     Rule: robot-limits.
     """
@@ -220,7 +224,7 @@ def test_the_angle_of_the_outer_range_is_a_knob() -> None:
 
 
 def test_the_stretched_arm_takes_no_line_but_ptp() -> None:
-    """At power-on all axes are at 0. Rule: robot-limits."""
+    """At power-on all axes are at 0, so that the arm is stretched. Rule: robot-limits."""
     master = _robot()
     assert master.execute(LINE, 0, 0, 0, 1) == abnormal_end("2.352")
     assert master.execute(PTP, 0, 0, 0, 1)[0] == NORMAL
@@ -244,7 +248,7 @@ def test_z_alone_is_driven_in_millimetres_downwards() -> None:
 
 
 def test_r_alone_is_driven_to_its_angle_in_the_coordinates() -> None:
-    """Axes 1 and 2 stay."""
+    """Axes 1 and 2 do not move."""
     master = _robot(at=1)
     before = master.robot.positions[:3]
     assert master.execute(*_words("DriveDirectMm", axes=R, target=45_000))[0] == NORMAL
@@ -253,7 +257,7 @@ def test_r_alone_is_driven_to_its_angle_in_the_coordinates() -> None:
 
 
 def test_a_jog_along_x_goes_straight_until_an_axis_or_the_outer_range() -> None:
-    """Y stays 240 mm; at x = sqrt(399.86^2 - 240^2) = 319.8 mm axis 2 is at 3 degrees."""
+    """Y stays 240 mm. At x = sqrt(399.86^2 - 240^2) = 319.8 mm axis 2 is at 3 degrees."""
     master = _robot(at=1)
     answer = master.execute(*_words("JogCartesian", axes=X))
     assert answer[:3] == (ABNORMAL, 2, 334)
@@ -273,7 +277,9 @@ def test_the_tool_at_the_end_of_a_hand_on_r_goes_to_the_point() -> None:
 
 
 def test_the_public_list_has_every_alarm_that_a_knob_takes_from_it() -> None:
-    """All that the manual names are there, but for 4.2, which is 4.202. 5.997 to 5.999 are ours.
+    """The list has all alarms that the manual names, but 4.2 is listed as 4.202.
+
+    Alarms 5.997 to 5.999 are additions of this project.
 
     Rule: alarm-list, alarm-names.
     """
@@ -291,7 +297,7 @@ def test_the_public_list_has_every_alarm_that_a_knob_takes_from_it() -> None:
 
 
 def test_a_line_without_a_hand_system_keeps_the_arm_as_it_stands() -> None:
-    """The robot is left-handed, the designation right-handed. Rule: robot-arm."""
+    """The robot stays left-handed although the arm designation is right-handed. Rule: robot-arm."""
     master = _robot(at=3)
     assert master.execute(LINE, 0, 0, 0, 2)[0] == NORMAL
     assert _at(master) == pytest.approx((-150, 240, 50, 0), abs=0.01)
@@ -299,7 +305,11 @@ def test_a_line_without_a_hand_system_keeps_the_arm_as_it_stands() -> None:
 
 
 def test_near_the_base_an_axis_bends_its_way_no_faster_than_it_can() -> None:
-    """On the line y = 120 mm the arms fold and unfold: changes of steps in 5 ms, 2 for rounding."""
+    """On the line y = 120 mm the arms fold and unfold near the base.
+
+    The changes of an axis's steps in 5 ms respect its acceleration; 2 pulses are allowed for
+    rounding.
+    """
     points = {1: _point((150_000, 120_000)), 2: _point((-150_000, 120_000))}
     master = _robot(at=1, points=points)
     way = way_of(master, *_words("MoveLinear", speed_mode=3, speed=1000, point=2))
@@ -310,9 +320,9 @@ def test_near_the_base_an_axis_bends_its_way_no_faster_than_it_can() -> None:
 
 
 def test_r_alone_is_driven_with_a_hand_on_it_too() -> None:
-    """Axes 1 and 2 stay; the hand of 30 mm turns about the flange at x = 120 mm.
+    """Axes 1 and 2 stay while the hand of 30 mm turns about the flange at x = 120 mm.
 
-    At 45 degrees its end is at 120 + 21.21 and 240 + 21.21 mm.
+    At 45 degrees the hand's end is at 120 + 21.21 and 240 + 21.21 mm.
     """
     master = _robot(hands={(1, 3): Hand((30_000, 0, 10_000, 1))})
     master.execute(*_words("SelectHand", hand_number=3))
@@ -324,9 +334,10 @@ def test_r_alone_is_driven_with_a_hand_on_it_too() -> None:
 
 
 def test_a_hand_beside_r_is_another_arm_2_in_the_commands_too() -> None:
-    """With the axes at 0 degrees, a hand 10 degrees (29 239 pulses) off, 25 mm longer, 5 mm deep.
+    """A hand beside the R axis changes the length and angle of arm 2 for commands, too.
 
-    Its end is 200 mm * sin 10 to the left and 225 + 200 * cos 10 mm in front.
+    All axes are at 0 degrees; the hand is turned by 10 degrees (29 239 pulses), 25 mm longer and 5
+    mm deep. Its end is 200 mm * sin 10 to the left and 225 + 200 * cos 10 mm in front.
 
     Rule: robot-hand.
     """
@@ -349,7 +360,7 @@ def test_a_movement_along_the_tool_in_pulses_is_one_of_each_axis() -> None:
 
 
 def test_a_movement_along_the_tool_takes_the_hand_system_of_its_point() -> None:
-    """10 mm along X, ending left-handed."""
+    """The robot moves 10 mm along X of the tool and ends left-handed."""
     points = {1: _point(RIGHT), 9: Point((10_000, 0, 0, 0, 0, 0), mm=True, hand=LEFT_HANDED)}
     master = _robot(at=1, points=points)
     assert master.execute(*_words("MoveTPtp", point=9))[0] == NORMAL

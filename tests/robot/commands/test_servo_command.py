@@ -1,4 +1,4 @@
-"""The servo command: on, off, free."""
+"""The servo command switches servos on, off or free."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from rcx_harness.robot import Axis
 from robot_master import NORMAL_END, Master, abnormal_end, powered_up
 
 ON, OFF, FREE = 0x034, 0x035, 0x036
-#: As the servo status reference shows them (guide, 4.7.3).
+#: Values as the servo status reference shows them (guide, 4.7.3).
 STATE = {ON: 1, OFF: 0, FREE: 2}
 TWO_ROBOTS = (Axis(), Axis(), Axis(robot=2), Axis(robot=2))
 
@@ -20,7 +20,7 @@ def _states(master: Master) -> list[int]:
 
 @pytest.mark.parametrize("code", [OFF, FREE])
 def test_one_axis_goes_off_or_free_and_comes_back_on(code: int) -> None:
-    """The motor power, and with it SO(02), stays ON.
+    """The motor power stays ON, and so does SO(02).
 
     Rule: servo-command, servo-output.
     Source: remote command guide 4.2.13
@@ -35,7 +35,7 @@ def test_one_axis_goes_off_or_free_and_comes_back_on(code: int) -> None:
 
 @pytest.mark.parametrize("robot", [0, 1])
 def test_all_the_robot_servos_are_switched_if_no_axis_is_specified(robot: int) -> None:
-    """All axes of the robot; R = 0 is robot 1, and robot 2 stays as it is.
+    """The command switches all axes of the robot. R = 0 means robot 1; robot 2 stays as it is.
 
     Rule: servo-command.
     Source: remote command guide 4.2.13
@@ -57,7 +57,7 @@ def test_all_the_servos_of_the_designated_robot_are_switched() -> None:
 
 @pytest.mark.parametrize("code", [OFF, FREE])
 def test_an_axis_moves_only_with_its_servo_on(code: int) -> None:
-    """Axis 2 is off or free: axis 1 alone still moves, all axes together do not.
+    """With axis 2 off or free, axis 1 can move alone. A movement of all axes is refused.
 
     Source: remote command guide 4.2.13
     """
@@ -90,7 +90,7 @@ def test_an_emergency_stop_switches_the_servos_off_with_their_brakes() -> None:
 
 
 def test_servo_on_takes_its_time() -> None:
-    """50 ms, and the cycle that takes the command. Rule: servo-on-command."""
+    """The answer takes 50 ms and the cycle that accepts the command. Rule: servo-on-command."""
     master = mover(servo_on_delay=50)
     master.execute(OFF)
     master.send(ON)
@@ -101,7 +101,7 @@ def test_servo_on_takes_its_time() -> None:
 
 
 def test_servo_on_goes_on_in_a_copy_of_the_state() -> None:
-    """After a restore the servo on ends in the copy, and changes nothing outside of it.
+    """In a restored copy, the servo on ends as in the original, and the original does not change.
 
     Rule: servo-on-command.
     """
@@ -136,7 +136,10 @@ def test_an_emergency_stop_ends_servo_on_with_12_600() -> None:
 
 
 def test_servo_on_needs_motor_power() -> None:
-    """With another setting it switches the power ON. Rule: servo-on-command."""
+    """With another setting the command switches the motor power ON itself.
+
+    Rule: servo-on-command.
+    """
     master = powered_up(motor_power_alarm="1.4")
     assert master.execute(ON, 0, 0x0001) == abnormal_end("1.4")
     assert not master.on("SO02")
@@ -158,7 +161,7 @@ def test_off_and_free_are_possible_in_emergency_stop(code: int) -> None:
 
 @pytest.mark.parametrize("code", [OFF, FREE])
 def test_off_and_free_end_a_return_to_origin_of_the_axis(code: int) -> None:
-    """Axes 3 and 4 return together, by SI(14). Rule: servo-off-command."""
+    """SI(14) returns axes 3 and 4 together to their origins. Rule: servo-off-command."""
     master = mover(origin_time=400)
     master.turn_and_wait("SI14", True)
     assert master.robot.machine.origin_running

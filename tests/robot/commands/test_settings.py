@@ -1,4 +1,4 @@
-"""Speeds, inching amount, selected shift and hand, and the arm designation of each robot."""
+"""Commands set speeds, inching amount, shift, hand and arm designation of each robot."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def _values(master: Master, robot: int = 1) -> dict[int, int]:
 
 @pytest.mark.parametrize("code", HIGHEST)
 def test_values_are_accepted_up_to_their_limits_and_refused_beyond(code: int) -> None:
-    """1 to 100 %, inching amount 1 to 10000, shift 0 to 39, hand 0 to 31, arm 0 or 1.
+    """The ranges are 1 to 100 %, amount 1 to 10000, shift 0 to 39, hand 0 to 31, arm 0 or 1.
 
     Source: remote command guide 4.2.8, 4.2.14 to 4.2.19
     """
@@ -70,9 +70,10 @@ def test_settings_after_a_power_cycle(loses: bool) -> None:
 
 @pytest.mark.parametrize("setting", [AUTOMATIC, PROGRAM])
 def test_automatic_and_program_speed_slow_a_movement_down(setting: int) -> None:
-    """100 000 pulses at 50 % of 1 000 000 pulses/s with 5 000 000 pulses/s^2.
+    """A movement of 100 000 pulses runs at 50 % of 1 000 000 pulses/s with 5 000 000 pulses/s^2.
 
-    0.1 s up, 0.1 s at 500 000 pulses/s, 0.1 s down, and the cycle that takes the command.
+    It takes 0.1 s up, 0.1 s at 500 000 pulses/s and 0.1 s down, plus the cycle that accepts the
+    command.
 
     Source: remote command guide 4.2.15, 4.2.16
     """
@@ -86,7 +87,10 @@ def test_automatic_and_program_speed_slow_a_movement_down(setting: int) -> None:
 
 @pytest.mark.parametrize(("code", "define"), [(SHIFT, 0x010C), (HAND, 0x0110)])
 def test_a_shift_or_hand_that_was_never_defined_may_be_refused(code: int, define: int) -> None:
-    """A defined shift or hand is selected. Rule: select-undefined."""
+    """A shift or hand that was defined can be selected with either setting.
+
+    Rule: select-undefined.
+    """
     master = powered_up(undefined_data_alarm="1.2")
     assert master.execute(code, 0, 3) == abnormal_end("1.2")
     assert _values(master)[code] == 0

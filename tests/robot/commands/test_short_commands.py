@@ -1,4 +1,4 @@
-"""Commands that are shorter than a controller cycle: 0x0100 may be skipped (guide, 1.2)."""
+"""A command that is shorter than a controller cycle may skip status 0x0100 (guide, 1.2)."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ END_PROGRAM
 
 
 def _statuses(master: Master, words: tuple[int, ...]) -> list[int]:
-    """Return the statuses from a command to its end, each once."""
+    """Return the statuses from a command to its end, without repetitions."""
     master.send(*words)
     seen = []
     while master.status not in (NORMAL, ABNORMAL):
@@ -76,7 +76,7 @@ def _statuses(master: Master, words: tuple[int, ...]) -> list[int]:
 def test_the_run_status_comes_or_not_as_configured(
     words: tuple[int, ...], knob: str, delay: float, expected: list[int]
 ) -> None:
-    """Short: only a command that takes less than a cycle of 5 ms skips it.
+    """If skipping is configured, only a command shorter than a cycle of 5 ms skips the status.
 
     Rule: run-status, command-times.
     Source: remote command guide 1.2, code 0x0100
@@ -86,7 +86,9 @@ def test_the_run_status_comes_or_not_as_configured(
 
 
 def test_with_random_times_both_happen() -> None:
-    """Between 0 and 12 ms: what is shorter than a cycle ends in the cycle in which it was taken.
+    """Command times are random between 0 and 12 ms.
+
+    A command that is shorter than a cycle ends in the cycle that accepted it.
 
     Rule: run-status, command-times.
     Source: remote command guide 2, step 3
@@ -107,7 +109,7 @@ def test_a_refused_command_ends_abnormally_with_or_without_the_run_status(knob: 
 
 
 def _shown(cell: Cell) -> Iterable[list[int]]:
-    """Return the statuses that the controller showed for each command of the trace, each once."""
+    """Return the statuses that the trace shows for each command, without repetitions."""
     statuses = [int.from_bytes(cycle.rcx_so[:2], "little") for cycle in cell.trace.cycles()]
     shown = [status for status, _ in groupby(statuses)]
     at_rest = [at for at, status in enumerate(shown) if status == READY]
@@ -143,7 +145,7 @@ def test_the_blocks_take_both(
     knob: str,
     expected: set[tuple[int, ...]],
 ) -> None:
-    """FB_RemoteCommand and two generated blocks: one writes a value, the other reads it.
+    """FB_RemoteCommand and two generated blocks (a writing and a reading one) work in both cases.
 
     Source: remote command guide 1.2, code 0x0100; 2, step 3
     """

@@ -1,6 +1,6 @@
-"""Events that end a movement on its way, for every kind of movement.
+"""Events that end a movement before its target, for every kind of movement.
 
-Default axis: 1000 pulses/mm, 1 000 000 pulses/s, 5 000 000 pulses/s^2.
+The default axis has 1000 pulses/mm, 1 000 000 pulses/s and 5 000 000 pulses/s^2.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ POINTS = {
     20: Point((0, 160_000, 0, 0, 0, 0)),
     21: Point((80_000, 80_000, 0, 0, 0, 0)),
 }
-#: Each takes more than a second, and moves axis 1 or 2 within the first 200 ms.
+#: Each movement takes more than a second, and moves axis 1 or 2 within the first 200 ms.
 MOVEMENTS = {
     "PTP": (0x0001, PULSE_OUTPUT | 0x0004, 0, 5, 19),
     "arch": (0x0002, PULSE_OUTPUT | 0x0004, 0x0200, 5, 19, 0, 0, 0, 0x86A0, 0x0001),
@@ -57,7 +57,7 @@ STOPS: dict[str, tuple[Callable[[Master], object], str]] = {
 @pytest.mark.parametrize("what", STOPS)
 @pytest.mark.parametrize("name", MOVEMENTS)
 def test_a_stopped_movement_ends_where_it_is_and_shows_no_position(name: str, what: str) -> None:
-    """It ends in the cycle of the stop, and does not continue by itself afterwards.
+    """The movement ends in the cycle of the stop, and does not continue by itself afterwards.
 
     Rule: halt, stop-in-motion.
     Source: remote command guide 1.2, code 0x4000
@@ -85,7 +85,7 @@ def test_a_stopped_movement_ends_where_it_is_and_shows_no_position(name: str, wh
 
 @pytest.mark.parametrize("name", [*MOVEMENTS, "jog"])
 def test_a_snapshot_in_motion_goes_on_as_the_original_does(name: str) -> None:
-    """Byte by byte, to the end of the command."""
+    """Copy and original send the same bytes in every cycle until the command ends."""
     master = _mover(manual_speed=10)
     master.send(*MOVEMENTS.get(name, (0x0021, PULSE_OUTPUT, 0x0001)))
     master.run(90)
@@ -122,7 +122,7 @@ def test_a_line_is_stopped_on_the_line(where: int) -> None:
 
 @pytest.mark.parametrize("where", [200, 1200, 2400, 4800])
 def test_an_arc_is_stopped_on_the_arc(where: int) -> None:
-    """Centre (0, 80) mm, radius 80 mm, to the right.
+    """The arc has its centre at (0, 80) mm and a radius of 80 mm, and goes to the right.
 
     Source: remote command guide 4.2.1, circular interpolation
     """
@@ -136,7 +136,7 @@ def test_an_arc_is_stopped_on_the_arc(where: int) -> None:
 
 
 def _interrupted(master: Master, name: str) -> None:
-    """Return a master whose movement was stopped after 200 ms; it is ready for a command."""
+    """Return a master after a stop at 200 ms in a movement; it is ready for a command."""
     master.send(*MOVEMENTS[name])
     master.run(200)
     master.turn_and_wait("SI06", False)
@@ -161,7 +161,7 @@ ENDS_THE_MEMORY: dict[str, Callable[[Master], object]] = {
 @pytest.mark.parametrize("name", ["MOVEI", "DRIVEI"])
 @pytest.mark.parametrize("what", ENDS_THE_MEMORY)
 def test_the_same_command_starts_from_where_the_robot_is_after(what: str, name: str) -> None:
-    """The interrupted movement is forgotten; the return-to-origin ends at 0 pulses.
+    """The interrupted movement has no effect on it. The return-to-origin ends at 0 pulses.
 
     Rule: relative-kept.
     Source: remote command guide 4.2.2, note

@@ -1,4 +1,4 @@
-"""Tasks: their states, their lines, and which programs are in them."""
+"""The states and lines of tasks, and the programs in them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,9 @@ def _only(**at: int) -> list[int]:
 
 
 def test_the_states_of_tasks() -> None:
-    """Stopped, running, suspended, standby, none; tasks 9 to 16 are asked for apart.
+    """The states are stopped, running, suspended, standby and none.
+
+    Another request returns tasks 9 to 16.
 
     Rule: task-states.
     Source: remote command guide 4.7.5
@@ -107,7 +109,7 @@ def test_a_program_that_another_starts_is_in_a_task_until_its_end_or_a_reset() -
 
 
 def test_tasks_of_a_low_priority_number_go_first() -> None:
-    """The last of them writes the value that stays. Rule: priorities."""
+    """The task that runs last writes the value that stays. Rule: priorities."""
     programs = [RobotProgram(f"P{k}", steps=(f"SO3()={k}", "WAIT SI(20)=1")) for k in (1, 2)]
     for first, second, last in ((10, 20, 2), (20, 10, 1)):
         master = program_master(*programs)
@@ -118,7 +120,10 @@ def test_tasks_of_a_low_priority_number_go_first() -> None:
 
 
 def test_the_main_program_is_that_in_task_1_else_program_1() -> None:
-    """SO(13) of a controller that shows the main program alone. Rule: tasks, task-table."""
+    """The controller is configured to show only the main program by SO(13).
+
+    Rule: tasks, task-table.
+    """
     for task, shown in ((1, True), (3, False)):
         master = program_master(running_shows_all_tasks=False)
         master.execute(*telegram(REGISTER, NUMBER, program=1, task=2, priority=32))

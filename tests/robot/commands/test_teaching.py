@@ -7,19 +7,19 @@ from typing import Any
 from rcx_harness.robot import Axis, Point
 from robot_master import NORMAL_END, Master, powered_up
 
-#: 500 pulses are one millimetre.
+#: 500 pulses of axis 1 are one millimetre.
 AXES = (Axis(pulses_per_mm=500.0), Axis(), Axis(robot=2, pulses_per_mm=2000.0))
 
 
 def _master(**config: Any) -> Master:
-    """Return a master with robot 1 at 1234 and -2001 pulses, robot 2 at 3."""
+    """Return a master with robot 1 at 1234 and -2001 pulses, and robot 2 at 3 pulses."""
     master = powered_up(**{"axes": AXES, **config})
     master.robot.positions[:] = [1234, -2001, 3]
     return master
 
 
 def test_the_current_position_becomes_a_point_in_millimetres() -> None:
-    """1234 pulses of 500 per mm are 2.468 mm, -2001 of 1000 per mm are -2.001 mm.
+    """1234 pulses at 500 pulses/mm are 2.468 mm; -2001 pulses at 1000 pulses/mm are -2.001 mm.
 
     Rule: teaching, taught-point.
     Source: remote command guide 4.2.9
@@ -30,7 +30,7 @@ def test_the_current_position_becomes_a_point_in_millimetres() -> None:
 
 
 def test_the_position_is_that_of_the_designated_robot() -> None:
-    """3 pulses of 2000 per mm are 1.5 um: 2, the nearest even number.
+    """3 pulses at 2000 pulses/mm are 0.0015 mm, rounded to the even value 0.002 mm.
 
     Source: remote command guide 4.2.9, R
     """
@@ -54,7 +54,7 @@ def test_a_taught_point_is_read_back_and_moved_to() -> None:
 
 
 def test_a_point_taught_in_a_shift_is_where_the_robot_was() -> None:
-    """Shift 1 of 1.000 mm in X: 2.468 mm become 1.468 mm, which is the same place.
+    """With shift 1 (1.000 mm in X), 2.468 mm become 1.468 mm, which is the same place.
 
     Source: remote command guide 4.2.9, 4.2.17
     """

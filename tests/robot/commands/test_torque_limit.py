@@ -1,4 +1,4 @@
-"""The max. torque command value."""
+"""The max. torque command value limits the torque from the next movement on."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def _master(**config: Any) -> Master:
 
 
 def test_the_torque_becomes_effective_at_the_next_movement_command() -> None:
-    """It applies to the axes that move: an axis without designation keeps its limit.
+    """The limit applies to the designated axes only. Other axes keep their limits.
 
     Rule: torque-limit.
     Source: remote command guide 4.2.22

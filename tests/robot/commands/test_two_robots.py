@@ -1,6 +1,6 @@
-"""Two robots at one controller: each moves independently, one remote command at a time.
+"""Two robots of a controller move independently, but only one remote command runs at a time.
 
-Default axis: 1000 pulses/mm, 1 000 000 pulses/s, 5 000 000 pulses/s^2.
+The default axis has 1000 pulses/mm, 1 000 000 pulses/s and 5 000 000 pulses/s^2.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from rcx_harness.robot.paths import AxisMove, PtpPath
 from robot_master import Master, abnormal_end, servos_on
 
 PULSE_OUTPUT = 0x4000
-#: Robot 1 has axes 0 and 1, robot 2 axes 2 and 3; the last one returns to its origin by SI(14).
+#: Robot 1 has axes 0 and 1, robot 2 axes 2 and 3. SI(14) returns axis 3 to its origin.
 AXES = (Axis(), Axis(), Axis(robot=2), Axis(robot=2, start=700, type="incremental"))
 POINTS = {19: Point((100_000, 50_000, 0, 0, 0, 0)), 20: Point((-30_000, 40_000, 0, 0, 0, 0))}
 
@@ -47,7 +47,10 @@ def test_a_command_for_robot_2_is_not_executed_while_robot_1_moves() -> None:
 )
 @pytest.mark.parametrize("code", [0x001, 0x003])
 def test_a_movement_moves_the_axes_of_its_robot(code: int, robot: int, expected: list[int]) -> None:
-    """The answer has their positions, axis 1 first. Source: remote command guide 4.2.1, R."""
+    """The answer has the positions of this robot, beginning with its axis 1.
+
+    Source: remote command guide 4.2.1, R.
+    """
     master = _mover()
     answer = master.execute(robot << 12 | code, PULSE_OUTPUT, 0, 0, 19)
     assert master.robot.positions == expected
@@ -55,7 +58,7 @@ def test_a_movement_moves_the_axes_of_its_robot(code: int, robot: int, expected:
 
 
 def test_a_robot_moves_while_the_other_one_returns_to_its_origin() -> None:
-    """The robot whose axis returns to its origin does not accept a movement.
+    """A robot refuses a movement while one of its axes returns to its origin.
 
     Rule: robots-move, movement-beside.
     """
@@ -72,7 +75,10 @@ def test_a_robot_moves_while_the_other_one_returns_to_its_origin() -> None:
 
 
 def test_a_robot_that_moves_takes_no_other_movement() -> None:
-    """The running movement was not started by a remote command. Rule: robots-move."""
+    """The running movement was not started by a remote command, so the new command is not a change.
+
+    Rule: robots-move.
+    """
     master = _mover(moving_alarm="6.7")
     path = PtpPath([AxisMove(0, 0, 100_000, 50_000, 5e6, 5e6)])
     master.robot.machine.move(1, path)
@@ -93,7 +99,10 @@ def test_no_return_to_origin_starts_while_a_robot_moves() -> None:
 
 
 def test_the_stop_input_stops_all_robots() -> None:
-    """The movement and the return-to-origin of the other robot. Rule: robots-move."""
+    """The stop ends both the movement and the return-to-origin of the other robot.
+
+    Rule: robots-move.
+    """
     master = _mover(origin_time=1000)
     master.turn_and_wait("SI14", True, 150)
     master.send(0x1001, 0x0004, 0, 1, 19)

@@ -1,6 +1,6 @@
-"""Category 7: alarm reset and the resets of accumulated data.
+"""Commands of category 7 reset alarms and accumulated data.
 
-What was accumulated is read as real time output, with items that the test gives numbers to.
+The tests read accumulated data as real time output, with item numbers that they choose.
 """
 
 from __future__ import annotations
@@ -29,9 +29,10 @@ AXES = (Axis(), Axis(), Axis(robot=2))
 
 
 def _master(**config: Any) -> Master:
-    """Return a master that sees data by real time output.
+    """Return a master that reads accumulated data by real time output.
 
-    In words 24 to 26 for robot 1, axis 1; 27 to 29 axis 2; 30 to 32 robot 2; 33 to 35 the system.
+    Words 24 to 26 are for robot 1, axis 1; 27 to 29 for its axis 2; 30 to 32 for robot 2; 33 to 35
+    for the system.
     """
     master = powered_up(size=256, real_time_items=ITEMS, axes=AXES, **config)
     motors = [(1, 1), (1, 2), (2, 1)]
@@ -54,7 +55,7 @@ def _system(master: Master) -> tuple[int, int, int]:
 
 
 def _at_work(**config: Any) -> Master:
-    """Return a robot after servos on (three times), 120 mm and 45 mm of movement, and 3 s."""
+    """Return a robot after three servo ons, movements of 120 mm and 45 mm, and 3 s."""
     master = _master(**config)
     for _ in range(2):
         master.pulse("SI01")
@@ -91,7 +92,7 @@ def test_an_alarm_that_stays_ends_the_alarm_reset() -> None:
 
 
 def test_servo_on_count_and_time_and_moving_distance_are_accumulated_per_motor() -> None:
-    """Robot 2's axis 1 has moved as robot 1's; axis 2 by 45 mm.
+    """Axis 1 of robot 2 has moved as far as axis 1 of robot 1, and axis 2 has moved 45 mm.
 
     Rule: accumulated, accumulated-reset.
     Source: remote command guide 4.8.4
@@ -140,7 +141,7 @@ def test_power_on_motor_power_on_and_operating_time_are_accumulated() -> None:
 @pytest.mark.parametrize("item", [COUNT, TIME, DISTANCE])
 @pytest.mark.parametrize(("robot", "axis", "reset"), [(0, 1, 0), (1, 2, 1), (2, 1, 2)])
 def test_one_kind_of_data_of_a_motor_is_reset(item: int, robot: int, axis: int, reset: int) -> None:
-    """Robot 0 is robot 1; all other data stay.
+    """Robot 0 means robot 1. All other data stay.
 
     Rule: accumulated-reset.
     Source: remote command guide 4.8.4
@@ -157,7 +158,7 @@ def test_one_kind_of_data_of_a_motor_is_reset(item: int, robot: int, axis: int, 
 
 @pytest.mark.parametrize(("of_all", "zeros"), [(False, [0, 0, 120]), (True, [0, 0, 0])])
 def test_without_an_axis_all_motors_are_reset(of_all: bool, zeros: list[int]) -> None:
-    """Those of the robot, or of all robots where the controller is set so.
+    """The command resets all motors of the robot or, if so configured, of all robots.
 
     Rule: accumulated.
     Source: remote command guide 4.8.4
@@ -170,7 +171,7 @@ def test_without_an_axis_all_motors_are_reset(of_all: bool, zeros: list[int]) ->
 
 @pytest.mark.parametrize(("robot", "item"), [(0, POWER_ON), (0, MOTOR_POWER), (2, OPERATING)])
 def test_one_kind_of_system_data_is_reset(robot: int, item: int) -> None:
-    """The printed example is item 1; a robot has no effect.
+    """The printed example is item 1. The robot number has no effect.
 
     Rule: accumulated-reset, accumulated.
     Source: remote command guide 4.8.5

@@ -1,4 +1,4 @@
-"""Static variables: assignment, the four operations, reference."""
+"""Static variables can be assigned, read and used in the four arithmetic operations."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def _words(number: int, value: float) -> tuple[int, ...]:
 
 
 def _with(values: dict[int, float], **config: Any) -> Master:
-    """Return a controller with these variables, assigned by commands."""
+    """Return a controller in which commands have assigned these variables."""
     master = ready(**config)
     for number, value in values.items():
         assert master.execute(ASSIGN, 0, number, 0, *_words(number, value)) == NORMAL_END
@@ -40,7 +40,11 @@ def _read(master: Master, number: int) -> tuple[int, ...]:
 @pytest.mark.parametrize("number", [SGI0, 1, SGI31])
 @pytest.mark.parametrize("value", [10000, 50, -1, LOWEST, HIGHEST])
 def test_an_integer_variable_gives_back_what_was_assigned(number: int, value: int) -> None:
-    """SGI0 to SGI31, 32 bits, signed. Rule: variable-types. Source: remote command guide 4.4.1."""
+    """SGI0 to SGI31 have 32 bits with a sign.
+
+    Rule: variable-types.
+    Source: remote command guide 4.4.1.
+    """
     assert _read(_with({number: value}), number) == long_words(value)
 
 
@@ -59,14 +63,22 @@ def test_an_integer_variable_gives_back_what_was_assigned(number: int, value: in
     ],
 )
 def test_a_real_variable_gives_back_the_same_bits(number: int, words: tuple[int, ...]) -> None:
-    """Single precision. Rule: variable-types. Source: remote command guide 4.4.1."""
+    """SGR variables have single precision.
+
+    Rule: variable-types.
+    Source: remote command guide 4.4.1.
+    """
     master = ready()
     assert master.execute(ASSIGN, 0, number, 0, *words) == NORMAL_END
     assert _read(master, number) == words
 
 
 def test_variables_are_0_until_they_are_assigned_and_do_not_mix() -> None:
-    """SGI1 is not SGR1. Rule: variable-types. Source: remote command guide 4.4.1."""
+    """SGI1 and SGR1 are different variables.
+
+    Rule: variable-types.
+    Source: remote command guide 4.4.1.
+    """
     master = _with({1: 7, 257: 2.5})
     assert _read(master, 1) == long_words(7)
     assert _read(master, 257) == real_words(2.5)
@@ -81,7 +93,9 @@ def test_variables_are_0_until_they_are_assigned_and_do_not_mix() -> None:
 def test_variables_are_calculated_with_a_value_and_with_a_variable(
     operator: str, integer: int, real: float, first: int, second: int
 ) -> None:
-    """Integers 20 and 6, whose quotient 3.33 becomes 3; real numbers 2.5 and 0.5.
+    """The integers are 20 and 6, and the quotient 3.33 becomes 3.
+
+    The real numbers are 2.5 and 0.5.
 
     Rule: mixed-arithmetic.
     Source: remote command guide 4.4.1
@@ -136,7 +150,7 @@ def test_a_real_number_is_rounded_to_an_integer(value: float, rounded: int, trun
     ("divisor", "rounded", "truncated"), [(2, 4, 3), (-2, -4, -3), (4, 2, 1), (3, 2, 2)]
 )
 def test_the_quotient_of_integers_is_rounded(divisor: int, rounded: int, truncated: int) -> None:
-    """7 / 2 = 3.5, 7 / 4 = 1.75, 7 / 3 = 2.33.
+    """The quotients are 7 / 2 = 3.5, 7 / 4 = 1.75 and 7 / 3 = 2.33.
 
     Rule: real-to-integer.
     Source: remote command guide 4.4.1
@@ -148,9 +162,9 @@ def test_the_quotient_of_integers_is_rounded(divisor: int, rounded: int, truncat
 
 
 def test_an_integer_and_a_real_variable_are_calculated_with_each_other() -> None:
-    """The result takes the type of variable 1: 10 * 0.25 = 2.5 -> 3; 0.25 * 10 = 2.5.
+    """The result has the type of variable 1: 10 * 0.25 = 2.5 -> 3; 0.25 * 10 = 2.5.
 
-    It has single precision before: (2^24 + 1) * 1.0 = 2^24.
+    The integer is first converted to single precision: (2^24 + 1) * 1.0 = 2^24.
 
     Rule: mixed-arithmetic.
     Source: remote command guide 4.4.1
@@ -188,7 +202,11 @@ def test_an_overflow_changes_nothing(number: int, own: float, operator: str, val
 
 
 def test_a_real_number_that_an_integer_cannot_hold_changes_nothing() -> None:
-    """2^31 is one too large; -2^31 is legal. Rule: overflow. Source: remote command guide 4.4.1."""
+    """2^31 is too large by 1; -2^31 is legal.
+
+    Rule: overflow.
+    Source: remote command guide 4.4.1.
+    """
     master = _with({1: 5, SGR0: 2.0**31, 257: -(2.0**31)}, overflow_alarm="6.2")
     assert master.execute(VARIABLE["="], 0, 1, 0, SGR0) == abnormal_end("6.2")
     assert _read(master, 1) == long_words(5)
@@ -209,7 +227,9 @@ def test_a_division_by_0_changes_nothing(number: int) -> None:
 @pytest.mark.parametrize("high", [0x7F80, 0xFF80, 0x7FC0], ids=["infinite", "-infinite", "NaN"])
 @pytest.mark.parametrize("operator", list("=+-*/"))
 def test_a_value_that_is_no_number_is_refused(operator: str, high: int) -> None:
-    """The same bits are an integer for an integer variable.
+    """The bits of a NaN are refused for a real variable.
+
+    An integer variable takes them as an integer.
 
     Rule: overflow.
     Source: remote command guide 4.4.1

@@ -1,7 +1,7 @@
-"""The controller's side of the 100 worked examples: the printed words, and their printed answers.
+"""The controller answers the 100 worked examples with their printed answers.
 
-tests/data/worked_examples.toml holds them, with the state that the prose takes for granted; its
-`differs` say where print and prose disagree, and why.
+tests/data/worked_examples.toml has the words, and the initial state that the prose assumes. Its
+`differs` entries say where print and prose disagree, and why.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ EXAMPLES: Mapping[int, Mapping[str, Any]] = {
 JOGS = [number for number, example in EXAMPLES.items() if "stopped_by" in example.get("state", {})]
 OTHERS = [number for number in EXAMPLES if number not in JOGS]
 
-#: Examples whose print and prose disagree, with the controller's reaction to the printed words.
+#: Examples in which print and prose disagree, with the controller's reaction to the printed words.
 HOLDS, SAME, REFUSED, KNOB, NONE = (
     "the print holds",
     "the printed command ends as the meant one",
@@ -32,22 +32,22 @@ HOLDS, SAME, REFUSED, KNOB, NONE = (
     "no answer is printed, the table of the section counts",
 )
 DIFFERENT = {
-    9: HOLDS,  # the prose names another example's target
-    10: HOLDS,  # the prose leaves the unit of the output out
-    29: SAME,  # 0x0032 is all robots, 0x1032 robot 1; there is one
-    42: SAME,  # push force and time: 50 printed, 100 in the prose
+    9: HOLDS,  # The prose gives the target of another example.
+    10: HOLDS,  # The prose does not give the unit of the output.
+    29: SAME,  # 0x0032 is all robots, 0x1032 robot 1; there is only one robot.
+    42: SAME,  # Push force and time are 50 in print, 100 in the prose.
     43: SAME,  # the same
     44: SAME,  # the same
-    47: SAME,  # a comment filled with zeros or with spaces
-    54: HOLDS,  # the robot number in a word that is headed as not used
-    57: HOLDS,  # an addition, not an assignment
-    70: HOLDS,  # an input is read, nothing is put out
-    72: HOLDS,  # the task number does not count with this method
-    73: REFUSED,  # 0x0100 in the flag, of which bits 15 to 3 are fixed 0
-    74: KNOB,  # a name filled with zeros or with spaces
-    79: HOLDS,  # bit 0 of the flag is 1, and is not used
-    92: HOLDS,  # 2:334 is 2.334
-    97: HOLDS,  # the label of WI1 stands for WI3, too
+    47: SAME,  # A comment may be filled with zeros or with spaces.
+    54: HOLDS,  # The robot number is in a word that is described as not used.
+    57: HOLDS,  # The command adds, it does not assign.
+    70: HOLDS,  # The command reads an input, so that nothing is output.
+    72: HOLDS,  # The task number has no effect with this method.
+    73: REFUSED,  # The flag is 0x0100, but its bits 15 to 3 are fixed 0.
+    74: KNOB,  # A name may be filled with zeros or with spaces.
+    79: HOLDS,  # Bit 0 of the flag is 1, although it is not used.
+    92: HOLDS,  # 2:334 means 2.334.
+    97: HOLDS,  # The label of WI1 is also used for WI3.
     98: NONE,
 }
 
@@ -68,7 +68,9 @@ def _section(number: int) -> str:
 
 @pytest.mark.parametrize("number", OTHERS, ids=_section)
 def test_the_command_of_the_example_is_answered_as_printed(number: int) -> None:
-    """All words from m to m+30 agree, and the effect in the prose is there, without a violation.
+    """All words from m to m+30 agree with the print, and no rule is violated.
+
+    The effect that the prose describes is there, too.
 
     Rule: versions, flag-bit-0, millimetres.
     Source: remote command guide 4.2.1 to 4.9.3, examples
@@ -94,7 +96,7 @@ def _jog(example: Mapping[str, Any], start: list[int]) -> tuple[Master, tuple[in
 
 @pytest.mark.parametrize("number", JOGS, ids=_section)
 def test_the_jog_of_the_example_stops_with_12_400_where_the_print_says(number: int) -> None:
-    """The start is free: a first jog shows how far away a second jog must start.
+    """The start position is not printed, so a first jog measures where the second jog must start.
 
     Rule: jog-stop.
     Source: remote command guide 4.2.6, examples
@@ -115,7 +117,10 @@ def test_the_jog_of_the_example_stops_with_12_400_where_the_print_says(number: i
 
 
 def test_the_table_names_every_example_where_print_and_prose_disagree() -> None:
-    """It names no other example. For words that are meant but not printed, it gives the result."""
+    """The table names no other example.
+
+    For words that differ from the print, it gives the result.
+    """
     assert {number for number, example in EXAMPLES.items() if "differs" in example} == {*DIFFERENT}
     meant = {number for number, example in EXAMPLES.items() if "meant_command" in example}
     assert meant == {number for number, what in DIFFERENT.items() if what in (SAME, REFUSED)}
@@ -136,7 +141,7 @@ def test_the_printed_command_ends_as_the_meant_one(number: int) -> None:
 
 
 def test_a_flag_whose_fixed_bits_are_set_resets_no_program() -> None:
-    """The example prints 0x0100; bits 15 to 3 are fixed 0.
+    """The example prints 0x0100, but bits 15 to 3 are fixed 0.
 
     Source: remote command guide 4.6.3, command flag
     """
@@ -164,7 +169,7 @@ def test_where_no_answer_is_printed_it_is_a_normal_end_without_data() -> None:
 
 
 def test_the_push_of_the_print_lasts_50_ms_and_that_of_the_prose_100_ms() -> None:
-    """The time counts from the moment when the axis is at the workpiece.
+    """The time counts from the moment when the axis reaches the workpiece.
 
     Source: remote command guide 4.2.23, examples, push time-period
     """

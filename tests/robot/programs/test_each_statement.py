@@ -36,7 +36,7 @@ def _parameter(name: str) -> Callable[[Master], Any]:
 
 PARAMETERS = ("ACCEL", "DECEL", "TOLE", "OUTPOS", "WEIGHT", "WEIGHTG", "ARCHP1", "ARCHP2",
               "AXWGHT", "PSHFRC", "PSHTIME", "PSHMTD", "PSHJGSP", "PSHSPD")  # fmt: skip
-#: What a case can look at.
+#: Values that a case can check.
 SEEN: dict[str, Callable[[Master], Any]] = {
     "SGI0": lambda master: master.robot.machine.memory.variables.value(0),
     "SO2": lambda master: master.so[34],
@@ -59,8 +59,8 @@ SEEN: dict[str, Callable[[Master], Any]] = {
     **{name: _parameter(name) for name in PARAMETERS},
 }
 
-#: For each word: what the guide says, where it says something (Source), else what we assume.
-#: SIDE is a second program; it adds 1 to SGI0 and waits for MO(20).
+#: For each word: what the guide says (with Source), or what we assume.
+#: SIDE is a second program. It adds 1 to SGI0 and waits for MO(20).
 CASES: dict[str, Case] = {
     "GOTO": Case("GOTO *B\nSGI0=9\n*B: SGI0=SGI0+1", {"SGI0": 1}),
     "GOSUB": Case("GOSUB *S\nSGI0=SGI0*10+2\nEND\n*S: SGI0=1\nRETURN", {"SGI0": 12}),
@@ -169,7 +169,7 @@ EXECUTED = [word.name for word in words().values() if not word.instead]
 
 @pytest.mark.parametrize("word", EXECUTED)
 def test_the_program_of_each_statement_shows_its_effect(word: str) -> None:
-    """Expected values are those of the guide where it says something, else worked out by hand.
+    """Expected values come from the guide if it gives them. The others are calculated by hand.
 
     Rule: robot-language.
     Source: manual, remote command guide 4.2, 4.4.2, 4.7.5; chapter 1, 4.1; chapter 3, 2

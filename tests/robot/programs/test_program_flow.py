@@ -9,7 +9,10 @@ from robot_programs import running, started
 
 
 def trail(text: str, ms: float = 100, **config: object) -> int:
-    """Return SGI0 after the program has run; the program writes decimal digits into it."""
+    """Return SGI0 after the program has run.
+
+    The program appends a decimal digit at each place it passes.
+    """
     return int(running(text, ms, **config).robot.machine.memory.variables.value(0))
 
 
@@ -62,7 +65,7 @@ def test_the_flow_of_a_program(text: str, digits: int) -> None:
     [
         ("RESUME NEXT", 172),
         ("RESUME *GO", 173),
-        ("A%=1\nRESUME", 1712),  # the statement with the error is repeated, without an error now
+        ("A%=1\nRESUME", 1712),  # RESUME repeats the statement, which no longer causes an error.
     ],
 )
 def test_an_error_handler_continues_where_resume_says(resume: str, digits: int) -> None:
@@ -90,7 +93,7 @@ def test_an_error_without_a_handler_stops_the_program_and_is_in_the_history() ->
 
 
 def test_err_and_erl_show_the_last_error() -> None:
-    """6.203 is 6 * 65536 + 203 = 393419, in line 2.
+    """Error 6.203 in line 2 is shown as 6 * 65536 + 203 = 393419.
 
     Rule: robot-language.
     """
@@ -101,7 +104,7 @@ def test_err_and_erl_show_the_last_error() -> None:
 
 
 def test_an_endless_loop_without_a_wait_does_not_stop_the_controller() -> None:
-    """100 statements a cycle: 50 rounds of the loop in each 5 ms.
+    """With 100 statements in a cycle, the loop runs 50 times in each 5 ms.
 
     Rule: program-length.
     """
@@ -112,7 +115,7 @@ def test_an_endless_loop_without_a_wait_does_not_stop_the_controller() -> None:
 
 
 def test_the_number_of_statements_in_a_cycle_is_a_property_of_the_robot() -> None:
-    """10 statements a cycle: 5 rounds of the loop in each 5 ms.
+    """With 10 statements in a cycle, the loop runs 5 times in each 5 ms.
 
     Rule: program-length.
     """
@@ -123,7 +126,7 @@ def test_the_number_of_statements_in_a_cycle_is_a_property_of_the_robot() -> Non
 
 
 def test_a_gosub_without_end_gets_an_alarm() -> None:
-    """The limit is program_stack.
+    """The alarm comes at the limit that the key program_stack sets.
 
     Rule: robot-language.
     """
@@ -142,7 +145,7 @@ def test_a_gosub_without_end_gets_an_alarm() -> None:
     ],
 )
 def test_a_program_starts_and_stops_another_one(text: str, digits: int) -> None:
-    """SIDE writes a digit 1 when it runs; it runs after MAIN in each cycle.
+    """SIDE writes a digit 1. In each cycle it runs after MAIN.
 
     Rule: tasks.
     Source: manual, remote command guide 4.7.5 (states of tasks), 4.6.1 (priority)
@@ -154,7 +157,9 @@ def test_a_program_starts_and_stops_another_one(text: str, digits: int) -> None:
 
 
 def test_halt_ends_the_program_and_hold_stops_it() -> None:
-    """After HOLD the next start continues after it; after HALT it starts from the beginning.
+    """After HOLD the next start continues with the next statement.
+
+    After HALT it starts from the beginning.
 
     Rule: robot-language.
     """

@@ -1,4 +1,4 @@
-"""Movements of robot programs: their targets, when the next statement begins, and stops."""
+"""Movements of robot programs reach their targets, release the next statement, and stop."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from robot_programs import running, started
 
 #: Two axes with 1000 pulses/mm, 1 000 000 pulses/s and 5 000 000 pulses/s^2.
 XY = (Axis(), Axis())
-#: From 0 to 100 mm the axis accelerates and brakes: 2 * sqrt(100 000 / 5 000 000) s. It is within
+#: From 0 to 100 mm the axis accelerates and brakes in 2 * sqrt(100 000 / 5 000 000) s. It is within
 #: OUTPOS (2000 pulses) for the last sqrt(2 * 2000 / 5 000 000) s.
 WAY_MS, OUT_MS = 282.8, 254.6
 
@@ -58,7 +58,9 @@ def test_the_range_is_the_parameter_outpos() -> None:
 
 
 def test_the_next_movement_waits_for_the_end_of_the_one_before() -> None:
-    """There and back takes twice the time; with CONT it begins in the OUT position range.
+    """A movement there and back takes twice the time.
+
+    With CONT the second movement begins in the OUT position range.
 
     Rule: robot-language.
     """
@@ -227,7 +229,7 @@ def test_a_movement_that_is_refused_stops_the_program_with_the_alarm(
 
 
 def test_settings_are_those_of_the_remote_commands() -> None:
-    """Shift 1, hand 2, left-handed; ACCEL of axis 2 only, DECEL of all axes.
+    """The program sets shift 1, hand 2, left-handed, ACCEL of axis 2 only and DECEL of all axes.
 
     Rule: robot-language.
     Source: manual, remote command guide 4.2.15 to 4.2.19, 4.4.2
@@ -258,7 +260,7 @@ def test_servos_motor_power_and_origin_are_statements() -> None:
 
 
 def test_a_second_robot_moves_beside_the_first() -> None:
-    """MOVE[2] moves robot 2, whose only axis is the third of the controller.
+    """MOVE[2] moves robot 2, which has only the third axis of the controller.
 
     Rule: robot-language.
     """
@@ -288,7 +290,7 @@ def test_a_stop_input_is_not_an_error_of_the_program() -> None:
 
 
 def test_several_axes_of_drive_start_and_end_together() -> None:
-    """100 mm and 20 mm: half way, after half the time, are 50 mm and 10 mm.
+    """The axes move 100 mm and 20 mm. After half the time they are at 50 mm and 10 mm.
 
     Rule: robot-language.
     """
@@ -303,12 +305,14 @@ def test_several_axes_of_drive_start_and_end_together() -> None:
     assert len(set(ways)) > 20
 
 
-#: From (0, 0) to (100, 0) and on to (200, 0) mm.
+#: Two movements: from (0, 0) to (100, 0), then to (200, 0) mm.
 STRAIGHT = "PATH SET\nPATH L,100.0 0.0 0 0 0 0{0}\nPATH L,200.0 0.0 0 0 0 0{0}\nPATH END"
 
 
 def test_a_path_does_not_stop_between_its_parts() -> None:
-    """200 mm at 500 mm/s take 0.4 s and the acceleration 0.1 s; two lines accelerate twice.
+    """200 mm at 500 mm/s take 0.4 s, plus 0.1 s for the acceleration.
+
+    Two separate lines accelerate twice.
 
     Rule: robot-language.
     """
@@ -343,11 +347,11 @@ def test_an_axis_does_not_exceed_its_acceleration_at_a_corner() -> None:
         master.run(5)
         ways.append(tuple(master.robot.positions))
     assert ways[-1] == (100_000, 100_000)
-    assert all(100_000 - x <= 5_000 or y == 0 for x, y in ways)  # it follows the corner
+    assert all(100_000 - x <= 5_000 or y == 0 for x, y in ways)  # The movement follows the corner.
     for k in (0, 1):
         speeds = [b[k] - a[k] for a, b in pairwise(ways)]
         changes = [abs(b - a) for a, b in pairwise(speeds)]
-        assert max(changes) <= 5_000_000 * 0.005**2 + 3  # pulses in a cycle^2
+        assert max(changes) <= 5_000_000 * 0.005**2 + 3  # pulses per cycle, squared
 
 
 def test_an_interrupted_path_continues_from_where_the_robot_stands() -> None:

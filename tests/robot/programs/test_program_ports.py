@@ -1,4 +1,4 @@
-"""Inputs, outputs and waiting in robot programs."""
+"""Robot programs read inputs, write outputs and wait for conditions."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from robot_programs import running, started
         ("SO(21)=1\nSO(20)=1\nSO(21)=0", 34, 1),
         ("SET SO(23)", 34, 8),
         ("SO2()=&HFF\nRESET SO(20)", 34, 0xFE),
-        ("SO2(3,1)=2", 34, 8),  # the first bit is the highest
+        ("SO2(3,1)=2", 34, 8),  # The first bit is the most significant one.
         ("SO(23,21)=1", 34, 2),
         ("SOW(2)=258", 4, 2),
         ("SOW(2)=258", 5, 1),
@@ -34,7 +34,7 @@ def test_an_output_is_written(text: str, byte: int, value: int) -> None:
 
 
 def test_out_turns_an_output_on_for_a_time_and_the_program_continues() -> None:
-    """200 ms after OUT the output is OFF; SO(21) is ON at once.
+    """The output turns OFF 200 ms after OUT. SO(21) turns ON at once.
 
     Rule: robot-language.
     """
@@ -91,7 +91,9 @@ def test_a_wait_for_words_compares_signed_and_unsigned_values() -> None:
 
 
 def test_a_stop_does_not_count_for_a_delay() -> None:
-    """300 ms of 500 have passed when SI(06) stops the program; 200 ms remain at the next start.
+    """SI(06) stops the program after 300 of 500 ms.
+
+    The remaining 200 ms pass after the next start.
 
     Rule: tasks.
     """

@@ -1,4 +1,4 @@
-"""Reading and checking robot programs: errors with their lines, and files."""
+"""The reader of robot programs reports errors with their lines, and reads files."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def test_an_error_is_reported_with_its_line(text: str, expected: str) -> None:
     ],
 )
 def test_statements_that_differ_in_their_numbers_keep_them(text: str, other: str) -> None:
-    """Each is read as if it were alone: after the other one, or without it.
+    """A statement is read as it is read alone, whether a similar statement precedes it or not.
 
     Rule: robot-language.
     """
@@ -123,7 +123,7 @@ def test_statements_that_differ_in_their_numbers_keep_them(text: str, other: str
 def test_ten_thousand_lines_need_the_parser_for_few_statements(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Reading a large program takes less than a second of CPU for this reason."""
+    """Reading a large program takes less than 1 s of CPU, because similar lines share a parse."""
     text = "\n".join(
         f"*L{k}:\nA%=A%+{k}*2\nMOVE P,P{k},S=50,CONT\nIF SI(20)=1 AND A%>{k} THEN *L{k}"
         for k in range(2500)
@@ -225,7 +225,7 @@ unknown
 
 
 def test_a_robot_file_takes_all_data_from_a_controller_file(tmp_path: Path) -> None:
-    """Data of the robot file itself have priority.
+    """Data in the robot file itself have priority over the controller file.
 
     Rule: robot-language.
     """
@@ -255,7 +255,7 @@ def test_a_robot_file_takes_all_data_from_a_controller_file(tmp_path: Path) -> N
 
 
 def test_what_a_controller_file_has_besides_is_named(tmp_path: Path) -> None:
-    """A parameter that the remote command guide does not have, a value that is too large.
+    """The reader names a parameter that the guide does not have, and a value that is too large.
 
     Rule: robot-language.
     Source: manual, remote command guide 4.4.2 (ACCEL is 1 to 100)
@@ -287,7 +287,7 @@ def test_a_robot_file_names_a_program_file(tmp_path: Path) -> None:
     robot = tmp_path / "robot.toml"
     robot.write_text('[[programs]]\nfile = "Pick 1.pgm"\n')
     assert [one.name for one in RobotConfig.load(robot).programs] == ["PICK_1"]
-    (tmp_path / "Pick 1.pgm").write_text("SO(21)=1\n")  # the file is read again
+    (tmp_path / "Pick 1.pgm").write_text("SO(21)=1\n")  # The file is read again after a change.
     assert RobotConfig.load(robot).programs[0].text == "SO(21)=1\n"
 
 

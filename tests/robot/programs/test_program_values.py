@@ -1,4 +1,4 @@
-"""Expressions of robot programs: numbers, texts, points and functions."""
+"""Expressions of robot programs use numbers, texts, points and functions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from robot_programs import POINTS, calculated, running
     [
         ("1+2*3", 7),
         ("(1+2)*3", 9),
-        ("2^3^2", 512),  # from the right
+        ("2^3^2", 512),  # The string function counts from the right.
         ("-2^2", -4),
         ("7 MOD 3", 1),
         ("-7 MOD 3", -1),
@@ -55,7 +55,7 @@ from robot_programs import POINTS, calculated, running
         ("LOCY(P3)", 6000),  # in pulses
         ("LOCX(P1+P2)", 120),
         ("LOCX(P1-P2)", 80),
-        ("UNKNOWN", 0),  # a variable without a value
+        ("UNKNOWN", 0),  # The variable has no value yet.
     ],
 )
 def test_an_expression(expression: str, value: float) -> None:
@@ -69,16 +69,16 @@ def test_an_expression(expression: str, value: float) -> None:
 @pytest.mark.parametrize(
     ("name", "value", "expected"),
     [
-        ("A%", "2.5", 3),  # rounded, a half away from 0 (guide 4.4.1)
+        ("A%", "2.5", 3),  # rounded, with a half away from 0 (guide 4.4.1)
         ("A%", "-2.5", -3),
         ("A!", "0.1", 0.1),
-        ("A", "0.5", 0.5),  # real without a type character
+        ("A", "0.5", 0.5),  # a real number without a type character
         ("SGI5", "2.5", 3),
         ("SGR5", "0.5", 0.5),
     ],
 )
 def test_a_variable_converts_its_value(name: str, value: str, expected: float) -> None:
-    """The conversion is that of the variable commands.
+    """An assigned value is converted as by the variable commands.
 
     Rule: robot-language.
     Source: manual, remote command guide 4.4.1 (types of variables)
@@ -87,7 +87,7 @@ def test_a_variable_converts_its_value(name: str, value: str, expected: float) -
 
 
 def test_variables_without_a_type_character_can_be_integers() -> None:
-    """The other reading of the language is a property of the robot.
+    """A setting of the robot decides whether such a variable is an integer or real.
 
     Rule: robot-language.
     """
@@ -132,7 +132,7 @@ def test_an_impossible_value_gets_an_alarm(text: str, number: str) -> None:
     ],
 )
 def test_a_point_is_assigned(text: str, point: Point) -> None:
-    """Numbers with a decimal point are mm, else pulses.
+    """Numbers with a decimal point are in mm, others are in pulses.
 
     Rule: robot-language.
     Source: manual, remote command guide 4.3.1 (point data)
@@ -141,7 +141,7 @@ def test_a_point_is_assigned(text: str, point: Point) -> None:
 
 
 def test_shifts_hands_and_pallets_are_assigned() -> None:
-    """The data are as on the wire: 0.001 mm.
+    """The stored data are those of the remote commands, in units of 0.001 mm.
 
     Rule: robot-language.
     Source: manual, remote command guide 4.3.3 to 4.3.5
@@ -157,7 +157,7 @@ def test_shifts_hands_and_pallets_are_assigned() -> None:
 
 
 def test_timer_and_texts_of_the_clock() -> None:
-    """10:59:59 is 39,599 s after midnight; the start of the program takes less than 1 s.
+    """The clock shows 10:59:59, which is 39,599 s after midnight. The program starts within 1 s.
 
     Rule: robot-language.
     Source: manual, remote command guide 4.7.13 and 4.7.14 (date and time)
@@ -172,7 +172,7 @@ def test_timer_and_texts_of_the_clock() -> None:
 
 @pytest.mark.parametrize(("unit", "counted"), [(1, 300), (10, 30)])
 def test_tcounter_counts_from_its_reset(unit: int, counted: int) -> None:
-    """300 ms, in ms or in 10 ms.
+    """300 ms are counted in units of 1 ms or of 10 ms.
 
     Rule: robot-language.
     """

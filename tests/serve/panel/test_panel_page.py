@@ -1,4 +1,4 @@
-"""The faceplate in a real browser: a key pressed there is pressed in the program."""
+"""The faceplate in a real browser: a key pressed on the page is pressed in the program."""
 
 from __future__ import annotations
 
@@ -7,14 +7,12 @@ from collections.abc import Callable, Collection, Iterator
 import pytest
 
 from browser import NEEDS_BROWSER, chromium
-from plc_bench import LIBRARY, ROOT
+from plc_bench import ROOT, compiled
 from rcx_harness.serve.panel.plate import HOLD_S, plates_of
 from rcx_harness.serve.panel.server import PanelServer
 from rcx_tools.library.version import version
-from structured_text.engines import build
-from structured_text.projects.needed import needed
 
-pytestmark = NEEDS_BROWSER
+pytestmark = [NEEDS_BROWSER, pytest.mark.exhaustive]
 pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
 
 from selenium.webdriver.chrome.webdriver import WebDriver  # noqa: E402
@@ -28,11 +26,11 @@ _BENCH = ROOT / "tests/data/library/Operator.st"
 
 
 class _Panel:
-    """A program that is scanned as long as the test waits, and its page."""
+    """A program that is scanned while the test waits, and its page."""
 
     def __init__(self, browser: WebDriver) -> None:
         self.browser, self.now = browser, 100.0
-        self.program = build([_BENCH, *needed([_BENCH], LIBRARY)], "builtin").program
+        self.program = compiled(_BENCH, "builtin")
         (self.plate,) = plates_of(self.program, lambda: self.now)
         self._scans, self.heard = 0, 0.0
         press = self.plate.press
@@ -50,7 +48,7 @@ class _Panel:
         self._scans += 1
 
     def until(self, condition: Callable[[], object], what: str) -> None:
-        """Scan until it is so."""
+        """Scan until the condition holds."""
 
         def now(_: WebDriver) -> object:
             self.scan()
@@ -70,14 +68,14 @@ class _Panel:
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[WebDriver]:
-    """Return one browser for all tests."""
+    """Return a browser that all tests share."""
     with chromium(1280, 900) as driver:
         yield driver
 
 
 @pytest.fixture
 def panel(browser: WebDriver) -> Iterator[_Panel]:
-    """Return a panel whose page is open."""
+    """Return a panel with an open page."""
     one = _Panel(browser)
     with PanelServer([one.plate], 0) as server:
         browser.get(server.address)
@@ -135,7 +133,7 @@ def test_selections_are_chosen_and_the_message_is_shown_in_its_language(panel: _
 
 
 def _type_point(panel: _Panel, text: str) -> None:
-    """Type another text into the field of the point to teach; the field keeps the focus."""
+    """Type another text into the field of the point to teach, which keeps the focus."""
     field = panel.browser.find_element(By.CSS_SELECTOR, "[data-number=Point]")
     field.click()
     field.send_keys(Keys.CONTROL, "a")
@@ -143,7 +141,7 @@ def _type_point(panel: _Panel, text: str) -> None:
 
 
 def _sent(panel: _Panel) -> list[object]:
-    """Return a list of what the page sends from now on: choices, and keys that go down."""
+    """Return a list of what the page sends from now on: choices, and keys that are pressed."""
     sent: list[object] = []
     plate = panel.plate
     choose, press = plate.choose, plate.press
@@ -178,7 +176,9 @@ def test_a_number_that_is_typed_is_there_before_the_key_that_is_pressed_next(pan
 
 @pytest.mark.exhaustive
 def test_a_field_without_a_number_sends_nothing_and_shows_the_old_one(panel: _Panel) -> None:
-    """Teach, pressed next, is not sent either: an empty field means that another point is wanted.
+    """A press of Teach is not sent either.
+
+    An empty field means that another point is wanted.
 
     Source: RCX_PANEL, Point is where Teach stores.
     """

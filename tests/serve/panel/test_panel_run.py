@@ -1,4 +1,4 @@
-"""`rcx run --panel`: the page is there as long as the program runs in real time."""
+"""`rcx run --panel` serves the page as long as the program runs in real time."""
 
 from __future__ import annotations
 
@@ -23,10 +23,13 @@ Captured = pytest.CaptureFixture[str]
 def test_the_page_shows_and_presses_the_keys_of_the_running_program(
     repository: Path, tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Asked on the way, between two slices of the run; Ctrl-C ends it with all that was written."""
+    """The page is requested between two slices of the run.
+
+    Ctrl-C ends the run with all its files.
+    """
     example, trace = repository / "plc/examples/15_panel", tmp_path / "trace.jsonl"
     run, answers = Cell.run, list[dict[str, Any]]()
-    # A page that is not heard for a while is forgotten. No time passes here, however slow this is.
+    # A page that sends nothing for a while is dropped. No time passes here, however slow this is.
     monkeypatch.setattr(plate, "plates_of", partial(plate.plates_of, now=lambda: 0.0))
     printed = ""
 

@@ -1,4 +1,4 @@
-"""The faceplates' web server: its pages and messages, and its protection against others."""
+"""The faceplates' web server has pages and messages, and refuses requests of other sites."""
 
 from __future__ import annotations
 
@@ -9,12 +9,10 @@ from importlib.resources import files
 
 import pytest
 
-from plc_bench import LIBRARY, ROOT
+from plc_bench import ROOT, compiled
 from rcx_harness.serve.panel.plate import Plate, plates_of
 from rcx_harness.serve.panel.server import FILES, PanelServer, application
-from structured_text.engines import build
 from structured_text.errors import InputError
-from structured_text.projects.needed import needed
 from web_client import WebClient
 
 _BENCH = ROOT / "tests/data/library/Operator.st"
@@ -23,14 +21,14 @@ _BENCH = ROOT / "tests/data/library/Operator.st"
 @pytest.fixture
 def plate() -> Plate:
     """Return the panel of a program."""
-    (one,) = plates_of(build([_BENCH, *needed([_BENCH], LIBRARY)], "builtin").program)
+    (one,) = plates_of(compiled(_BENCH, "builtin"))
     one.exchange()
     return one
 
 
 @pytest.fixture
 def client(plate: Plate) -> Iterator[WebClient]:
-    """Return a client of the panel's page, whose token is `token`."""
+    """Return a client of the panel's page, with the token `token`."""
     client = WebClient(application([plate], "token"))
     yield client
     client.close()

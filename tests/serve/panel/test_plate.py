@@ -1,4 +1,4 @@
-"""The faceplate's logic: keys that are held, and released when their page is silent."""
+"""The faceplate holds pressed keys, and releases them when their page is silent."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _BENCH = ROOT / "tests/data/library/Operator.st"
 
 
 class _Clock:
-    """Seconds as the test says."""
+    """A clock with the seconds that the test sets."""
 
     def __init__(self) -> None:
         self.now = 100.0
@@ -55,7 +55,7 @@ def _down(program: Program) -> list[str]:
 
 
 def _scans(program: Program, plate: Plate, count: int) -> list[list[str]]:
-    """Return which keys are pressed in each of these scans."""
+    """Return the keys that are pressed in each of these scans."""
     seen = []
     for _ in range(count):
         plate.exchange()
@@ -91,7 +91,7 @@ def test_a_click_that_is_shorter_than_a_scan_is_there_for_one(
 def test_a_page_that_falls_silent_releases_its_keys(
     program: Program, plate: Plate, clock: _Clock
 ) -> None:
-    """Hold to run: a lost browser moves nothing any more."""
+    """The keys are hold-to-run, so a lost browser must not move the robot."""
     plate.press("p", 1, ["JogPlus"])
     plate.exchange()
     clock.now += HOLD_S
@@ -100,7 +100,7 @@ def test_a_page_that_falls_silent_releases_its_keys(
     plate.press("p", 2, ["JogPlus"])
     clock.now += HOLD_S
     plate.exchange()
-    assert _down(program) == ["JogPlus"], "it was heard again"
+    assert _down(program) == ["JogPlus"], "the page was heard again"
     clock.now += 0.01
     plate.exchange()
     assert _down(program) == []
@@ -130,13 +130,13 @@ def test_a_stop_is_not_lost_when_another_page_falls_silent(
     plate.press("b", 1, ["Stop"])
     plate.press("b", 2, [])
     clock.now += 0.005
-    assert _scans(program, plate, 3) == [["Stop"], [], []], "page a held nothing"
+    assert _scans(program, plate, 3) == [["Stop"], [], []], "page a holds no key"
     plate.press("a", 3, ["JogPlus"])
     clock.now += HOLD_S - 0.001
     plate.press("b", 3, ["Stop"])
     plate.press("b", 4, [])
     clock.now += 0.005
-    assert _scans(program, plate, 3) == [["Stop"], [], []], "page a held a key"
+    assert _scans(program, plate, 3) == [["Stop"], [], []], "page a holds a key"
 
 
 @pytest.mark.parametrize("late_s", [0.1, 10.0])
@@ -185,7 +185,7 @@ def test_a_message_that_comes_too_late_does_not_press_again(program: Program, pl
 def test_a_message_that_comes_after_its_page_was_silent_does_not_press_again(
     program: Program, plate: Plate, clock: _Clock, others: int
 ) -> None:
-    """This holds for any number of pages that came meanwhile.
+    """A late message of a silent page presses no key, however many pages have come since.
 
     Source: docs/how-to/network.md, a key is TRUE as long as it is held.
     """
@@ -341,7 +341,7 @@ END_PROGRAM
 
 
 def test_every_panel_of_a_program_is_found_by_its_type(tmp_path: Path) -> None:
-    """A panel inside a block counts as well, but not a pin through which a panel is passed."""
+    """A panel inside a block counts, but a pin through which a panel is passed does not."""
     found = [plate.path for plate in plates_of(_several(tmp_path))]
     assert sorted(found) == ["Main.Left", "Main.Right", "Main.Side.Own"]
 

@@ -1,4 +1,4 @@
-"""Parts of a process image as bytes, and indices that are worked out, on every engine."""
+"""On every engine, parts of a process image are read as bytes, and indices may be calculated."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def plant(request: pytest.FixtureRequest, tmp_path: Path) -> Program:
 
 
 def test_a_part_is_read_and_written_where_it_lies(plant: Program) -> None:
-    """Words are little endian, whatever their first index.
+    """Words are little endian for any first index.
 
     Source: engines.base.Program.read_bytes and write_bytes.
     """
@@ -82,7 +82,7 @@ def test_an_index_that_is_worked_out_is_the_element(plant: Program) -> None:
     ],
 )
 def test_an_index_wraps_before_its_check(tmp_path: Path, k: int, u: int, told: str) -> None:
-    """In a PLC, INT 32767 + 1 is -32768; matiec's C code does not check bounds.
+    """In a PLC, INT 32767 + 1 is -32768. The C code of matiec does not check bounds.
 
     Source: IEC 61131-3, 6.5.1, and the arithmetic of test_arithmetic.py.
     """

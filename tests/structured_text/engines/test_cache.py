@@ -1,4 +1,4 @@
-"""The cache of compiled programs, and when it is not used."""
+"""Compiled programs are cached, except in some cases."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def program(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the empty folder of entries; the tests' files count as permanent."""
+    """Return the empty cache folder. Temporary files of the tests count as permanent."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.delenv("RCX_CACHE", raising=False)
     monkeypatch.setattr(cache, "is_lasting", lambda _: True)
@@ -44,7 +44,7 @@ def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def _forget(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Clear the memory, as in a new process."""
+    """Clear the cache in memory, as in a new process."""
     monkeypatch.setattr(cache, "memory", {})
 
 
@@ -55,7 +55,7 @@ def _sum(program: Path) -> int:
 
 
 def _kinds(folder: Path) -> list[str]:
-    """Return the kinds of the entries, but for the parser's tables, which depend on no source."""
+    """Return the kinds of the entries, except the parser's tables, which depend on no source."""
     return sorted(file.suffix for file in folder.iterdir() if file.name != "grammar.tables")
 
 
@@ -72,7 +72,7 @@ def test_the_same_sources_are_checked_and_written_once(
 
 
 def _fail(*_: object) -> None:
-    raise AssertionError("it is made anew")
+    raise AssertionError("the cache was not used")
 
 
 def test_an_unchanged_file_is_read_once(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -87,7 +87,7 @@ def test_an_unchanged_file_is_read_once(program: Path, monkeypatch: pytest.Monke
 
 
 def test_a_change_within_a_tick_is_seen(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """All that is compared stays as it was, so a file that is new is read again.
+    """The file's times and size do not change here, so a new file must be read again.
 
     Source: the manual of git, racy git
     """
@@ -151,7 +151,7 @@ def test_a_damaged_entry_is_made_anew(
 
 
 class _Evil:
-    """Does something when it is unpickled."""
+    """An object that opens a file for writing when it is unpickled."""
 
     def __reduce__(self) -> tuple[object, tuple[str, str]]:
         return open, ("executed", "w")
@@ -245,7 +245,7 @@ def test_the_loader_reports_a_missing_file(tmp_path: Path) -> None:
 
 
 def test_a_failed_put_leaves_nothing_behind(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """On Windows a file that another process reads cannot be replaced."""
+    """On Windows, a file that another process reads cannot be replaced."""
 
     def refuse(source: str, target: Path) -> None:
         raise PermissionError(13, "in use", str(target))

@@ -1,4 +1,4 @@
-"""Garbage collection pauses while trees are built, and continues afterwards as before."""
+"""Garbage collection pauses while trees are built, and is restored afterwards."""
 
 from __future__ import annotations
 

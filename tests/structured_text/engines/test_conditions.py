@@ -1,4 +1,4 @@
-"""Conditions in Structured Text over the variables of a running program."""
+"""Conditions in Structured Text are evaluated over the variables of a running program."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def program(tmp_path: Path) -> Program:
     ],
 )
 def test_a_condition_holds_or_not(program: Program, text: str, holds: bool) -> None:
-    """Expected values: the initial values in the program's source."""
+    """The expected values follow from the initial values in the program's source."""
     assert conditions(program, [text])[0].holds() is holds
 
 

@@ -1,4 +1,4 @@
-"""A program is compiled with those files of the library that it needs."""
+"""Only those library files are compiled that a program needs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def _files(folder: Path, **texts: str) -> dict[str, Path]:
 
 
 _ONE = "FUNCTION_BLOCK FB_One END_FUNCTION_BLOCK"
-#: The program, the files of the library, and those that it needs.
+#: The program, the library files, and the files among them that it needs.
 _CASES = {
     "what is mentioned comes with what it needs": (
         "PROGRAM Main VAR a : fb_one; END_VAR END_PROGRAM",

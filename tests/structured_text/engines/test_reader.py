@@ -1,4 +1,4 @@
-"""`Program.reader` gives what `Program.read` gives, on every engine."""
+"""`Program.reader` returns the same values as `Program.read` on every engine."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ END_CONFIGURATION
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_reader_takes_variables_of_several_programs(engine: str, tmp_path: Path) -> None:
-    """The values are in the order of the request, wherever the variables are.
+    """The values are in the order of the request, whatever program a variable belongs to.
 
     Source: engines.base.Program.reader.
     """

@@ -1,4 +1,4 @@
-"""An exploration whose steps are done by workers; the result does not depend on them."""
+"""An exploration gives the same result with any number of workers."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ _SIZE = 300
 
 @pytest.fixture
 def together(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Send up to five states to a worker together from the beginning."""
+    """Send up to five states to a worker at once from the beginning."""
     monkeypatch.setattr(shared_module, "SHARE", 1)
     monkeypatch.setattr(shared_module, "MOST", 5)
 
 
 def explored(workers: int | None = None, limit: int = 0, depth: int = 0, **given: Any) -> Result:
-    """Return the result of an exploration; None: in this process, without a farm."""
+    """Return the result of an exploration; `None` explores in this process, without workers."""
     make = partial(Numbers, _SIZE, **given)
     elsewhere = None if workers is None else shared(Farm(workers), Stepping(make, 1))
     return Search[Choice](make(), EVERY, 1, elsewhere).run("numbers", limit, depth)
@@ -43,9 +43,9 @@ def test_all_that_is_found_is_the_same(limits: dict[str, int], broken: dict[int,
 
 @pytest.mark.usefixtures("together")
 def test_workers_find_the_same() -> None:
-    """By hand: all numbers are reached, with three steps from each.
+    """By hand: each number leads to three others, and all numbers are reached.
 
-    2 n + 2 reaches 300 in 8 steps.
+    The step to 2 n + 2 reaches 300 after 8 steps.
     """
     found = explored(2)
     assert found == explored()
@@ -55,7 +55,7 @@ def test_workers_find_the_same() -> None:
 
 @pytest.mark.usefixtures("together")
 def test_a_broken_rule_before_an_error_is_reported_first() -> None:
-    """One worker takes both steps together. By hand: 7 comes first from 3, before 4."""
+    """One worker takes both steps together. By hand: 3 leads to 7 before 4 does."""
     found = explored(0, broken={7: "seven"}, refused=[4])
     assert found.broken is not None
     assert found.broken.rules == ("seven",)
@@ -90,16 +90,16 @@ def test_states_that_go_together_are_named_by_their_numbers() -> None:
 
 
 def test_a_next_state_is_sent_once_by_each_worker() -> None:
-    """By hand: from 1 to 2, 3, 4; from 2 to 4, 5, 6; from 3 to 6, 7, 8."""
+    """By hand: 1 leads to 2, 3, 4; 2 leads to 4, 5, 6; 3 leads to 6, 7, 8."""
     take = Stepping(partial(Numbers, _SIZE), 1).prepare()
     assert _sent(take(Some(2, [b"2", b"3"]))) == [[b"4", b"5", b"6"], [b"", b"7", b"8"]]
     assert _sent(take(Some(4, [b"1"]))) == [[b"", b"", b""]]
 
 
 def test_a_repeated_item_sends_its_states_again() -> None:
-    """Item 2 is repeated because its worker has ended.
+    """The worker of item 2 has ended, so the item is repeated.
 
-    Its results count first, so 6 is sent again.
+    Results of the repetition count first, so 6 is sent again.
     """
     take = Stepping(partial(Numbers, _SIZE), 1).prepare()
     assert _sent(take(Some(3, [b"3"]))) == [[b"6", b"7", b"8"]]

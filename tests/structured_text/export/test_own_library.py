@@ -1,4 +1,4 @@
-"""Exports of a library that is not this repository's."""
+"""The exports also work for a library from outside this repository."""
 
 from __future__ import annotations
 

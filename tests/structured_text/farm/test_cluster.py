@@ -1,4 +1,4 @@
-"""Addresses of a cluster, and the messages if it cannot be used."""
+"""Addresses of a cluster are read, and a cluster that cannot be used is reported."""
 
 from __future__ import annotations
 
@@ -90,14 +90,15 @@ def test_a_cluster_that_does_not_answer_is_reported(silent: int) -> None:
     with pytest.raises(InputError) as caught:
         list(farm.run(math.factorial, [1]))
     assert str(caught.value).startswith(
-        f"there is no cluster at tcp://127.0.0.1:{silent}: who listens there does not answer as "
-        "one; start one (docs/how-to/cluster.md), its scheduler with distributed 20"
+        f"there is no cluster at tcp://127.0.0.1:{silent}: the program at this address does "
+        "not answer like a scheduler; start one (docs/how-to/cluster.md), its scheduler with "
+        "distributed 20"
     )
 
 
 def test_a_missing_cluster_is_reported() -> None:
     pytest.importorskip("distributed")
-    with socket.socket() as one:  # bound, so that nobody else takes it; not listening
+    with socket.socket() as one:  # bound without listening, so that no other process takes the port
         one.bind(("127.0.0.1", 0))
         address = f"tcp://127.0.0.1:{one.getsockname()[1]}"
         with pytest.raises(InputError, match=f"no cluster at {address}: Connection refused; start"):

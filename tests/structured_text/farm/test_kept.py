@@ -1,4 +1,4 @@
-"""Results are saved as soon as they are there; results of other sources are refused."""
+"""Results are saved as soon as they exist, and results of other sources are refused."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ ABOUT = {"sources": "a1b2"}
 
 
 def kept(file: Path, about: dict[str, str] = ABOUT, **options: Any) -> ResultFile[Any, Any]:
-    """Return the results of numbers."""
+    """Return a file of results."""
     return ResultFile(file, about, **options)
 
 
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
-    """Return the file of the results."""
+    """Return the path of the result file."""
     return tmp_path / "out" / "results.jsonl"
 
 
@@ -141,7 +141,7 @@ def test_a_damaged_line_is_redone_and_the_file_saved(file: Path, damage: bytes) 
     assert found.notice.startswith(f"{file}: 1 line is damaged; the file is now {aside}, ")
     assert aside.read_bytes() == b"\n".join(lines)
     assert [found.knows(number) for number in range(3)] == [True, False, True]
-    assert kept(file).notice == "", "it is whole again"
+    assert kept(file).notice == "", "the file is complete again"
 
 
 def test_results_that_have_lost_what_they_rest_on_are_moved_aside(file: Path) -> None:
@@ -152,7 +152,9 @@ def test_results_that_have_lost_what_they_rest_on_are_moved_aside(file: Path) ->
         file.write_bytes(before)
         found = kept(file)
         assert "its first line is damaged" in found.notice
-        assert file.with_name(name).read_bytes() == before, "also beside an earlier one"
+        assert file.with_name(name).read_bytes() == before, (
+            "the file is written beside an earlier one, too"
+        )
         assert not found.knows(0)
 
 

@@ -1,4 +1,4 @@
-"""Work in processes of this computer: everything is done, once, and comes in order."""
+"""Processes of this computer do each item once, and results come in the order of the items."""
 
 from __future__ import annotations
 
@@ -28,9 +28,10 @@ def test_results_come_in_the_order_of_the_items(workers: int) -> None:
     assert list(Farm(workers).run(math.factorial, [4, 0, 3, 5, 2])) == expected
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("workers", [0, 2])
 def test_results_may_give_further_items(workers: int) -> None:
-    """Each number up to 7 gives its double and the next one: by hand, a tree of 1 to 15."""
+    """Each number n up to 7 adds the items 2 n and 2 n + 1, which by hand is a tree of 1 to 15."""
     waiting, under_way = deque([1]), 0
 
     def items() -> Iterator[int | NotYet]:
@@ -51,12 +52,14 @@ def test_results_may_give_further_items(workers: int) -> None:
     assert found == [(number, math.factorial(number)) for number in range(1, 16)]
 
 
+@pytest.mark.exhaustive
 def test_two_workers_work_at_once(tmp_path: Path) -> None:
     for name in "01":
         os.mkfifo(tmp_path / name)
     assert [one for one, _ in Farm(2).run(Meeting(tmp_path), [0, 1])] == [0, 1]
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("workers", [0, 1, 2])
 def test_each_worker_sets_up_once(tmp_path: Path, workers: int) -> None:
     file = tmp_path / "set_up"
@@ -78,6 +81,7 @@ def test_the_item_of_a_killed_worker_is_redone(tmp_path: Path, deaths: int, work
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.exhaustive
 def test_an_item_that_kills_three_workers_is_named(tmp_path: Path) -> None:
     for number in range(4):
         (tmp_path / str(number)).touch()
@@ -120,6 +124,7 @@ def test_any_other_error_comes_with_its_traceback(workers: int) -> None:
     assert "raise KeyError(item)" in str(caught.value.__cause__)
 
 
+@pytest.mark.exhaustive
 def test_items_are_taken_as_there_is_room() -> None:
     taken = []
 
@@ -135,7 +140,7 @@ def test_items_are_taken_as_there_is_room() -> None:
 
 
 class _Releasing(ResultFile[int, int]):
-    """A task that lets item 0 continue when this many others have ended."""
+    """A result file that lets item 0 continue when `others` other items have ended."""
 
     def __init__(self, file: Path, fifo: Path, others: int) -> None:
         super().__init__(file, {})
@@ -152,7 +157,7 @@ class _Releasing(ResultFile[int, int]):
 
 @pytest.mark.exhaustive
 def test_while_an_item_takes_long_the_others_do_not_run_far_ahead(tmp_path: Path) -> None:
-    """One of the other items may wait for the same worker."""
+    """One of the other items may wait for the worker of the long item."""
     os.mkfifo(tmp_path / "fifo")
     kept = _Releasing(tmp_path / "kept", tmp_path / "fifo", 2 * AHEAD - 2)
     taken_before_the_first_ended = []
@@ -196,7 +201,9 @@ list(Farm(1).run(waits_with_a_folder, [sys.argv[1]]))
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
 def test_a_worker_ends_with_its_parent(tmp_path: Path, number: signal.Signals) -> None:
-    """It ends in the middle of an item; the pipe of both ends when both have ended.
+    """The worker ends in the middle of an item.
+
+    Its pipe closes when worker and parent have ended.
 
     Source: a defect report.
     """
@@ -207,6 +214,8 @@ def test_a_worker_ends_with_its_parent(tmp_path: Path, number: signal.Signals) -
         assert parent.stdout is not None
         assert parent.stdout.readline() == b"begun\n"
         parent.send_signal(number)
-        assert select.select([parent.stdout], [], [], 60)[0], "the worker goes on"
+        assert select.select([parent.stdout], [], [], 60)[0], (
+            "the worker continues without its parent"
+        )
         assert parent.stdout.read() == b""
     assert list(tmp_path.iterdir()) == []

@@ -1,4 +1,4 @@
-"""The user's files as they are sent to a worker."""
+"""The user's files are packed and sent to a worker."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from structured_text.farm import Parcel
 
 @pytest.fixture
 def files(tmp_path: Path) -> list[Path]:
-    """Return a program, and a file outside of its folder."""
+    """Return a program, and a file outside its folder."""
     found = [tmp_path / "cell/plc/Main.st", tmp_path / "cell/robot.toml"]
     for number, file in enumerate(found):
         file.parent.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""Runs rows of tables: expressions with their types and values, in one program each."""
+"""Fixtures that run the rows of a table: expressions with their types and values in one program."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Evaluate = Callable[..., list[Any]]
 def evaluate(build: Callable[..., BuiltinProgram]) -> Evaluate:
     """Return a function that gives the values of expressions, each as a variable of its type.
 
-    Takes pairs of type and expression, and declarations of the variables they use.
+    The function takes pairs of type and expression, and declarations of the variables used.
     """
 
     def values(rows: Sequence[tuple[str, str]], variables: str = "", before: str = "") -> list[Any]:
@@ -35,7 +35,7 @@ def evaluate(build: Callable[..., BuiltinProgram]) -> Evaluate:
 def errors_of(
     mistakes_of: Callable[..., list[InputError]],
 ) -> Callable[[str, str], list[InputError]]:
-    """Return all errors of a statement and of the variables it uses."""
+    """Return a function that lists all errors of a statement and of the variables it uses."""
     return lambda statement, variables: mistakes_of(
         f"PROGRAM Wrong\nVAR {variables} END_VAR\n{statement}\nEND_PROGRAM\n"
     )

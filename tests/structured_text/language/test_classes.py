@@ -1,4 +1,4 @@
-"""CLASS, access words, members behind their block, and the start of derived blocks."""
+"""CLASS, access specifiers, members after their block, and the start of derived blocks."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_a_class_has_methods_and_no_body(build: Build) -> None:
 
 
 def test_a_class_or_method_may_be_called_like_a_step(build: Build) -> None:
-    """Words of Sequential Function Chart are names behind CLASS and METHOD."""
+    """Words of Sequential Function Chart may be names after CLASS and METHOD."""
     text = (
         "CLASS PUBLIC Transition\nMETHOD PUBLIC Step : INT\nStep := 3;\nEND_METHOD\nEND_CLASS\n"
         "PROGRAM P1\nVAR t : Transition; x : INT; END_VAR\nx := t.Step();\nEND_PROGRAM\n"
@@ -125,7 +125,10 @@ END_METHOD
 
 
 def test_members_stand_behind_their_block(build: Build) -> None:
-    """Text exports of several tools write a METHOD behind END_FUNCTION_BLOCK; values by hand."""
+    """Text exports of several tools write a METHOD after END_FUNCTION_BLOCK.
+
+    The values are by hand.
+    """
     text = (
         f"{_MEMBERS}PROGRAM P1\nVAR b : Box; o : Other; i : IBox; x, y, z : INT; q : BOOL;"
         " END_VAR\nq := b.Reset(5); b(); b.Twice(); x := b.Half; b.UseHalf(); y := b.n;"
@@ -218,7 +221,7 @@ def test_a_start_must_begin_with_the_parameters_of_the_base(mistakes_of: Mistake
 
 
 def test_a_missing_base_is_one_message(mistakes_of: Mistakes) -> None:
-    """`Drive EXTENDS Library.Drive` extends another block of its name, not itself."""
+    """`Drive EXTENDS Library.Drive` extends a block in another library, not itself."""
     found = mistakes_of(
         "FUNCTION_BLOCK Drive EXTENDS Library.Drive\nVAR x : INT; END_VAR\n"
         "METHOD Go\ninherited := 1; x := Calculate(3); THIS^.speed := 4; Stop(); SUPER^.Go();\n"

@@ -1,4 +1,4 @@
-"""Pauses of the garbage collector while a tree is built."""
+"""The garbage collector pauses while a tree is built."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Conditional compilation: which statements remain, and which conditions are refused."""
+"""Conditional compilation selects statements, and wrong conditions are refused."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
-"""The language beyond the portable subset: what each construct means, and how it is reported.
+"""Each construct beyond the portable subset has its meaning and is reported.
 
-Each row is a construct, a program with it, and values after one scan, from IEC 61131-3:2013 by hand
-or, where the standard has no such construct, from what CODESYS says of it.
+Each row is a construct, a program with it, and values after one scan, by hand from IEC
+61131-3:2013. If the standard does not have the construct, the values follow the documentation of
+CODESYS.
 """
 
 from __future__ import annotations
@@ -275,7 +276,7 @@ def test_an_export_names_what_it_leaves_out(target: str, written: Callable[[Row]
         exports.export(target, program=[written(row)])
 
 
-#: Constructs that only the checker sees; the lint looks at one file's syntax.
+#: Constructs that only the checker detects, because the lint reads the syntax of one file.
 _OF_TYPES = {"the size of a block", "a variable called as something else", "an array of blocks",
              "a block in a structure",
              "an initial value of a block", "the assignment of a block",

@@ -1,6 +1,6 @@
-"""Rows of `language/dialects.toml`: programs compute as the tool of their dialect does.
+"""Programs compute as the tool of their dialect does, for each row of `language/dialects.toml`.
 
-Expected values are those of the makers' documents, which the table names as sources.
+Expected values come from the makers' documents, which the table names as sources.
 """
 
 from __future__ import annotations
@@ -41,7 +41,8 @@ def test_each_tool_has_one_row_of_each_rule_with_its_meaning_and_source() -> Non
     found = sorted((row.rule, tool) for row in rows() for tool in row.tools)
     assert found == sorted((rule, tool) for rule in rules for tool in dialects())
     assert all(row.meaning and row.source and row.title for row in rows())
-    assert {name for name in dialects() if rules_of(name).is_standard} == set(_AS_MATIEC)
+    assert {name for name in dialects() if rules_of(name).is_matiec} == set(_AS_MATIEC)
+    assert [name for name in dialects() if rules_of(name).is_standard] == ["iec"]
 
 
 # --- TIME as a number -------------------------------------------------------------------------
@@ -94,6 +95,38 @@ def _milliseconds(program: BuiltinProgram) -> Callable[[str], float]:
     return lambda name: program.read(f"Main.{name}").total_seconds() * 1000
 
 
+# --- texts ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("value", "kind", "short", "digits"),
+    [
+        ("REAL#44.4", "REAL", "44.4", "44.40000153"),
+        ("REAL#-0.5", "REAL", "-0.5", "-0.5"),
+        ("LREAL#6.0", "LREAL", "6.0", "6"),
+        ("BYTE#16#AB", "BYTE", "171", "16#ab"),
+        ("T#12h34m15s10ms", "TIME", "T#12h34m15s10ms", "T#0d12h34m15s10ms"),
+        ("T#12ms", "TIME", "T#12ms", "T#0d0h0m0s12ms"),
+        ("T#0ms", "TIME", "T#0ms", "T#0d"),
+        ("T#-1h5s", "TIME", "T#-1h5s", "T#0d-1h0m-5s"),
+        ("LTIME#1d34ms2us44ns", "LTIME", "LTIME#1d34ms2us44ns", "LT#1d0h0m0s34.002044ms"),
+        ("TOD#14:01:05.123", "TOD", "TOD#14:01:05.123", "TOD#14:01:05.123000"),
+        ("TOD#14:01:05", "TOD", "TOD#14:01:05", "TOD#14:01:05"),
+        ("INT#-7", "INT", "-7", "-7"),
+    ],
+)
+def test_texts_of_values_are_those_of_the_tool(
+    speak: Build, value: str, kind: str, short: str, digits: str
+) -> None:
+    """Source: Beckhoff Infosys, TIME_TO, TOD_TO; TcUnit-Verifier; matiec, __real_to_string."""
+    text = f"""PROGRAM Main VAR Found : STRING; Given : {kind} := {value}; END_VAR
+    Found := {kind}_TO_STRING(Given); END_PROGRAM"""
+    for dialect, expected in (("twincat", short), ("codesys", short), ("iec", digits)):
+        program = speak(dialect, text)
+        program.scan(0)
+        assert program.read("Main.Found") == expected
+
+
 # --- counters ---------------------------------------------------------------------------------
 
 _COUNTERS = """
@@ -120,7 +153,7 @@ def _count(program: BuiltinProgram, pin: str, pulses: int) -> None:
     ("dialect", "up", "down", "parts", "free"),
     [
         # PV 3, five up, two down: matiec stops at 3.
-        ("iec", 2, 0, 1, 0),
+        ("iec", 5, -5, 3, 3),
         ("openplc", 2, 0, 1, 0),
         ("codesys", 5, 0, 3, 3),
         ("twincat", 5, 0, 3, 3),
@@ -132,7 +165,7 @@ def _count(program: BuiltinProgram, pin: str, pulses: int) -> None:
 def test_counters_count_beyond_pv_to_the_limits_of_their_type(
     speak: Build, dialect: str, up: int, down: int, parts: int, free: int
 ) -> None:
-    """Source: matiec, counter.txt; Infosys, Tc2_Standard, CTUD; Siemens A5E00739858, SFB 2."""
+    """Source: IEC 61131-3, counters (PVmax, PVmin); the sources in dialects.toml."""
     program = speak(dialect, _COUNTERS)
     _count(program, "Entry", 5)
     _count(program, "Leave", 2)
@@ -143,9 +176,9 @@ def test_counters_count_beyond_pv_to_the_limits_of_their_type(
     assert program.read("Main.Down.Q")
 
 
-@pytest.mark.parametrize(("dialect", "least"), [("tia", -32768), ("twincat", 0)])
+@pytest.mark.parametrize(("dialect", "least"), [("iec", -32768), ("tia", -32768), ("twincat", 0)])
 def test_counters_stop_at_the_limits_of_their_type(speak: Build, dialect: str, least: int) -> None:
-    """Source: Siemens A5E00739858, SFB 2: the limits are -32768 and 32767."""
+    """Source: IEC 61131-3, counters; Siemens A5E00739858, SFB 2: -32768 and 32767."""
     program = speak(dialect, _COUNTERS)
     program.write("Main.Up.CV", 32766)
     program.write("Main.Down.CV", least + 1)
@@ -229,7 +262,7 @@ END_PROGRAM
 
 @pytest.mark.parametrize("dialect", ["codesys", "twincat", "logix"])
 def test_short_integers_are_calculated_as_dint(speak: Build, dialect: str) -> None:
-    """The examples 1 to 4 of CODESYS, and that of SA0066.
+    """Examples 1 to 4 are from CODESYS, the last one is from SA0066.
 
     Source: CODESYS help, operators, overflow in the data type; Static Analysis SA0066.
     """
@@ -380,8 +413,8 @@ END_CONFIGURATION
         ("1s", None, 200, 2),
         ("1s", "5ms", 400, 2),
         ("1s", "20ms", 100, 2),
-        ("25ms", None, 400, 80),  # the scans are 5 ms, so that the task keeps its interval
-        ("4ms", None, 1000, 500),  # scans of 2 ms
+        ("25ms", None, 400, 80),  # The scan is 5 ms, so that the task keeps its interval.
+        ("4ms", None, 1000, 500),  # The scan is 2 ms.
     ],
 )
 def test_a_program_without_a_task_runs_in_each_scan_and_the_task_at_its_interval(
@@ -471,7 +504,7 @@ def test_an_unknown_dialect_is_refused_with_the_nearest_name() -> None:
 
 
 def test_two_dialects_of_one_file_are_two_programs(files_of: Callable[..., list[Path]]) -> None:
-    """The caches do not mix them.
+    """The caches do not mix the two programs.
 
     Source: language/cache.py.
     """
@@ -516,7 +549,7 @@ _RANGES = {
 
 
 def _expression(draw: random.Random, depth: int, given: dict[str, int]) -> tuple[str, int]:
-    """Return a random calculation and its value with 32 bits, by the rule of CODESYS."""
+    """Return a random calculation and its value in 32 bits, by the rule of CODESYS."""
     if depth == 0 or draw.random() < 0.2:
         name = draw.choice([*_SHORT, "7", "300"])
         return name, given.get(name, 0) if name in _SHORT else int(name)

@@ -1,4 +1,4 @@
-"""ANY, interface queries, __NEW and __DELETE; every value is worked out by hand."""
+"""ANY, interface queries, __NEW and __DELETE work; every value was calculated by hand."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def _values(build: Build, text: str, expected: dict[str, Any]) -> None:
 def test_an_input_of_any_type_gives_pointer_size_and_class(
     build: Build, body: str, expected: dict[str, Any]
 ) -> None:
-    """CODESYS help, "Data Type: ANY, ANY_<type>"; sizes by hand."""
+    """The sources are CODESYS help, "Data Type: ANY, ANY_<type>", and sizes by hand."""
     _values(build, _program(_GENERIC, _G_VARS, body), expected)
 
 
@@ -181,7 +181,7 @@ def test_any_elsewhere_is_refused(mistakes_of: Mistakes, place: str) -> None:
 def test_a_query_gives_the_interface_or_pointer_of_the_same_block(
     build: Build, body: str, expected: dict[str, Any]
 ) -> None:
-    """CODESYS help, "Operator '__QUERYINTERFACE'", its example, and "Operator '__QUERYPOINTER'"."""
+    """Sources are the pages "Operator '__QUERYINTERFACE'" and "… '__QUERYPOINTER'" of CODESYS."""
     variables = """ One : F1; Two : F2; Three : F3; Base : I_Base; First : I_1; Second : I_2;
       B : BOOL; N, M : INT; P : POINTER TO F1; Many : ARRAY [0..1] OF F1;
       Row : ARRAY [1..2] OF POINTER TO F1; Z : REF_TO F1; """
@@ -195,8 +195,8 @@ def test_a_query_gives_the_interface_or_pointer_of_the_same_block(
         ("B := __QUERYINTERFACE(N, Base);", "__QUERYINTERFACE needs an interface or block"),
         ("B := __QUERYINTERFACE(Base, N);", "__QUERYINTERFACE needs a variable of an interface"),
         ("B := __QUERYINTERFACE(Base, 0);", "__QUERYINTERFACE needs a variable for its result"),
-        ("B := __QUERYINTERFACE(Base, Alone);", "__QUERYINTERFACE cannot ask for I_Alone"),
-        ("B := __QUERYINTERFACE(Alone, Base);", "__QUERYINTERFACE cannot ask for I_Alone"),
+        ("B := __QUERYINTERFACE(Base, Alone);", "__QUERYINTERFACE cannot query I_Alone"),
+        ("B := __QUERYINTERFACE(Alone, Base);", "__QUERYINTERFACE cannot query I_Alone"),
         ("B := __QUERYPOINTER(Base, P);", "__QUERYPOINTER needs a POINTER TO a function block"),
         ("N := __QUERYPOINTER(Base, Q);", "a INT is expected here"),
     ],
@@ -235,7 +235,7 @@ def test_a_wrong_query_is_refused(mistakes_of: Mistakes, body: str, message: str
 def test_new_makes_started_variables_and_delete_ends_them(
     build: Build, body: str, expected: dict[str, Any]
 ) -> None:
-    """CODESYS help, "Operator '__NEW'" and "Operator '__DELETE'"."""
+    """The sources are CODESYS help, "Operator '__NEW'" and "Operator '__DELETE'"."""
     _values(build, _program(_NEW, _N_VARS, body), expected)
 
 
@@ -246,7 +246,7 @@ def test_the_plain_interface_of_the_tool_is_a_type(build: Build) -> None:
 
 
 def test_a_snapshot_has_the_variables_that_new_has_made(build: Build) -> None:
-    """By hand: the list is 3, 2, 1; the block's own data were made at its start."""
+    """By hand: the list is 3, 2, 1, and __NEW has initialised the block's data."""
     body = """IF J = 0 THEN D := __NEW(FBD); D^(A := 1);
       FOR I := 1 TO 3 DO H := __NEW(Node); H^.Value := I; H^.Next := O; O := H; END_FOR;
       P := __NEW(INT, 3); P[1] := 6; P := ADR(P[1]); Q := D;
@@ -280,8 +280,8 @@ def test_a_snapshot_has_the_variables_that_new_has_made(build: Build) -> None:
 @pytest.mark.parametrize(
     ("body", "message"),
     [
-        ("P := ADR(N); __DELETE(P);", "__DELETE of a pointer that does not lead to what __NEW"),
-        ("D := __NEW(FBD); Q := D; __DELETE(D); __DELETE(Q);", "__DELETE of a pointer that"),
+        ("P := ADR(N); __DELETE(P);", "__DELETE needs a pointer to a variable that __NEW"),
+        ("D := __NEW(FBD); Q := D; __DELETE(D); __DELETE(Q);", "__DELETE needs a pointer to"),
         ("D := __NEW(FBD); __DELETE(D); N := D^.Inc();", "the pointer is 0"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Enumerations as numbers: of their base type, as bits, indices, arguments and labels."""
+"""Enumerations are numbers of their base type, as bits, indices, arguments and labels."""
 
 from __future__ import annotations
 

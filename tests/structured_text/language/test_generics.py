@@ -1,4 +1,4 @@
-"""Function blocks with generic constants; every value is worked out by hand."""
+"""Function blocks with generic constants have values that were calculated by hand."""
 
 from __future__ import annotations
 

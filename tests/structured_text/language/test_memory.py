@@ -1,6 +1,6 @@
-"""Memory as bytes, little endian: unions, pointers to memory of another type, texts by characters.
+"""Memory is bytes, little endian, for unions, pointers to another type, and single characters.
 
-Every value is worked out by hand; the bits of reals are those of IEEE 754.
+Every value was calculated by hand. The bits of reals are those of IEEE 754.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Constants, SIZEOF and bounds of arrays in the declarations of methods and blocks."""
+"""Declarations of methods and blocks may use constants, SIZEOF and bounds of arrays."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Methods, properties, interfaces and inheritance; every value is worked out by hand."""
+"""Methods, properties, interfaces and inheritance give values that were calculated by hand."""
 
 from __future__ import annotations
 
@@ -266,7 +266,7 @@ END_FUNCTION_BLOCK
 
 
 def test_fb_init_runs_once_before_the_first_scan(build: Build) -> None:
-    """FB_init of the base runs first, with arguments of the declaration.
+    """FB_init of the base runs first, with the arguments of the declaration.
 
     FB_exit is never called.
     """
@@ -314,7 +314,7 @@ _REFUSED = [
     ("A VAR S : I_Shape; B : TON; END_VAR S := B;", "let it IMPLEMENT I_Shape"),
     ("A VAR N : I_Named; S : I_Shape; END_VAR S := N;", "I_Named does not implement it"),
     ("A VAR S : I_Shape; B : BOOL; END_VAR B := __QUERYINTERFACE(S, S);",
-     "__QUERYINTERFACE cannot ask for I_Shape"),
+     "__QUERYINTERFACE cannot query I_Shape"),
     ("A SUPER^();", "A does not"),
     ("A EXTENDS FB_Shape METHOD Area : INT Area := SUPER^.Area(); END_METHOD",
      "is ABSTRACT and has no body"),
@@ -391,7 +391,7 @@ def test_a_program_has_these_values(
 
 @pytest.mark.parametrize("data", ["Data", "THIS^.Data"])
 def test_a_method_works_on_the_in_out_of_its_block(data: str, build: Build) -> None:
-    """Called in the body: 1 + 2; from outside it begins with what the last call was given: + 3."""
+    """A call in the body gives 1 + 2. A later call from outside uses the last VAR_IN_OUT: 3 + 3."""
     block = (
         "FUNCTION_BLOCK A VAR_IN_OUT Data : INT; END_VAR VAR Seen : INT; END_VAR\n"
         "METHOD Raise : INT VAR_INPUT By1 : INT; END_VAR\n"

@@ -1,4 +1,4 @@
-"""What a program may have beyond the portable subset is accepted, and noted by its name."""
+"""Constructs beyond the portable subset are accepted, and noted by name."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ _NO_RESULT = [
 def test_nothing_else_is_noted(
     tmp_path: Path, before: str, variable: str, statement: str, noted: list[tuple[str, str]]
 ) -> None:
-    """A function without a result is not noted for never setting it."""
+    """A function without a result gets no note that its result is never set."""
     file = tmp_path / "loose.st"
     program = f"PROGRAM P1\nVAR I : INT; {variable} END_VAR\n{statement}\nEND_PROGRAM\n"
     file.write_text(before + program)
@@ -151,7 +151,7 @@ def test_the_library_has_nothing_that_is_not_portable() -> None:
 
 
 def test_matiec_runs_what_it_has_of_that(tmp_path: Path, matiec: Matiec) -> None:
-    """The functions of dates and BCD are of the second edition."""
+    """The functions for dates and BCD are of the second edition, so matiec has them."""
     del matiec
     file = tmp_path / "rare.st"
     file.write_text(
@@ -185,7 +185,7 @@ def test_auto_says_why_it_does_without_matiec(tmp_path: Path, matiec: Matiec) ->
     ],
 )
 def test_a_look_at_a_single_file_names_it_too(tmp_path: Path, variable: str, name: str) -> None:
-    """`rcx check --lint` does not look at types."""
+    """`rcx check --lint` names these constructs although it does not check types."""
     file = tmp_path / "one.st"
     file.write_text(f"PROGRAM P1\n  VAR\n    {variable}\n  END_VAR\n  X := X;\nEND_PROGRAM\n")
     assert any(name in str(one) for one in lint([file], binding=True))

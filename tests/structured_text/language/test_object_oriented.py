@@ -1,4 +1,4 @@
-"""Constructs of object-oriented programs, which the portable subset does not have."""
+"""Object-oriented constructs, which the portable subset does not have."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""CASE of texts, conversions between durations and dates, arrays of open length."""
+"""CASE of texts, conversions between durations and dates, and arrays of open length."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ def test_a_case_of_texts_calls_no_function_several_times(mistakes_of: Mistakes) 
     )
     assert (error.message, error.hint) == (
         "a CASE of texts needs a variable",
-        "assign the result to one first",
+        "assign the result to a variable first",
     )
 
 
 def test_a_duration_becomes_a_date_counted_from_1970(build: Build) -> None:
-    """90 s and 25 h after 1970-01-01. Source: help of CODESYS, "TIME_TO_DT"."""
+    """The dates are 90 s and 25 h after 1970-01-01. Source: help of CODESYS, "TIME_TO_DT"."""
     program = build(
         "PROGRAM Main VAR D : DT; T : TIME; A : DATE; U : TIME; END_VAR D := TO_DT(T#90s); "
         "T := DT_TO_TIME(D); A := TIME_TO_DATE(T#25h); U := DATE_TO_TIME(A); END_PROGRAM"

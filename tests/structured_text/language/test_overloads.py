@@ -1,4 +1,4 @@
-"""Methods for values of any type: one for each type, chosen by the arguments."""
+"""A call `Show(…)` chooses the method `Show__TYPE` by the types of its arguments."""
 
 from __future__ import annotations
 

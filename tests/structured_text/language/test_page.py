@@ -1,4 +1,4 @@
-"""docs/reference/language.md lists every construct with what to write instead."""
+"""docs/reference/language.md lists every construct, with its replacement."""
 
 from __future__ import annotations
 

@@ -43,7 +43,10 @@ def _task(tmp_path: Path) -> list[Path]:
 
 
 def test_the_first_scan_runs_init_before_cyclic(tmp_path: Path) -> None:
-    """By hand: 10 + 3 = 13, then 16; twice that; RETURN leaves _INIT only, _EXIT does not run."""
+    """By hand: 10 + 3 = 13, then 16. The structure has the doubled values.
+
+    RETURN ends _INIT only, and _EXIT does not run.
+    """
     program = BuiltinProgram.build(load(_task(tmp_path)))
     program.scan(0)
     assert [program.read(f"Main.{name}") for name in ("Count", "Pair.A")] == [13, 26]

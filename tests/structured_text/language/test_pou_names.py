@@ -1,6 +1,6 @@
 """`__POUNAME()`, `__POSITION()`, sizes of blocks, and constants of structures and arrays.
 
-The results of both operators are those of the help of CODESYS and TwinCAT ("Operator __POUNAME",
+The results of both operators are from the help of CODESYS and TwinCAT ("Operator __POUNAME",
 "Operator __POSITION").
 """
 
@@ -85,10 +85,10 @@ def test_a_position_names_the_line_and_in_statements_the_column(build: Build) ->
         ("X", 10),  # ARRAY of five INT
         ("INT", 2),
         ("B", 16),  # pointer to the methods 4, BYTE 1 + 3, DINT 4, BOOL 1 + 3
-        ("L", 32),  # two of them
+        ("L", 32),  # two blocks of 16 bytes
         ("FB1", 16),
         ("S", 20),  # INT 2 + 2, then the block
-        ("D", 20),  # the variables of the base first, then DINT 4
+        ("D", 20),  # first the variables of the base, then DINT 4
     ],
 )
 def test_sizes_of_blocks_are_those_of_structures_with_a_pointer_before_them(
@@ -132,7 +132,7 @@ def test_a_constant_structure_or_array_is_an_initial_value(build: Build) -> None
     program = build(_CONSTANTS)
     program.scan(0)
     assert (program.read("Main.B.Sum"), program.read("Main.R")) == (52, 8521)
-    assert program.read("Main.L") == [8, 8]  # a copy: the constant keeps its 7
+    assert program.read("Main.L") == [8, 8]  # The copy changes; the constant still has 7.
     program.scan(1000)
     assert program.read("Main.L") == [8, 8]
 
@@ -149,7 +149,7 @@ def test_a_structure_of_another_type_is_no_initial_value(
 
 
 def test_a_final_method_of_an_interface_is_implemented(build: Build) -> None:
-    """FINAL in an interface concerns the blocks that extend the one with the body."""
+    """A FINAL method of an interface has an implementation, which cannot be overridden."""
     program = build(
         "INTERFACE I1 METHOD FINAL M : INT END_METHOD END_INTERFACE\n"
         "FUNCTION_BLOCK FB1 IMPLEMENTS I1 METHOD FINAL M : INT M := 6; END_METHOD"

@@ -1,4 +1,4 @@
-"""Programs that others call by name, which of several runs, actions, and arrays of open length."""
+"""Calls of programs by name, the choice among several programs, actions, and open arrays."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_a_program_is_one_instance_for_all_who_name_it(build: Build) -> None:
     )
     program.scan(0)
     program.scan(10_000)
-    # Each scan: + 1 in the program, + 10 in the block.
+    # In each scan, the program adds 1 and the block adds 10.
     assert (program.read("Main.Seen"), program.read("Other.N")) == (22, 22)
     assert [path for path, _ in program.walk() if path.startswith("Other")] == ["Other", "Other.N"]
     copy = program.instance()
@@ -89,7 +89,7 @@ def test_an_action_is_run_for_the_instance_and_sees_its_pins(build: Build) -> No
     )
     program.scan(0)
     assert (program.read("Main.X"), program.read("Main.A")) == (105, [0, 5])
-    program.scan(10_000)  # RETURN ends the action, and not the block.
+    program.scan(10_000)  # RETURN ends the action, not the block.
     assert (program.read("Main.X"), program.read("Main.F.N")) == (110, 2)
 
 
@@ -171,7 +171,7 @@ _TWO = (
     "CONFIGURATION C RESOURCE R ON PLC TASK T (INTERVAL := T#10ms, PRIORITY := 1);\n"
     "PROGRAM A WITH T : Counter; PROGRAM B WITH T : Start; END_RESOURCE END_CONFIGURATION\n"
 )
-#: The source, the number of scans, every 10 ms from 10 ms on, and the values afterwards.
+#: The source, the number of scans (every 10 ms, the first at 10 ms), and the values afterwards.
 _RUNS: dict[str, tuple[str, int, dict[str, Any]]] = {
     "the instance of a configuration is the one that is named": (
         "PROGRAM Start VAR Seen : INT; END_VAR Seen := Counter.N; END_PROGRAM\n"

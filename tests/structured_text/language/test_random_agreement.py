@@ -1,8 +1,8 @@
-"""Random calls of the standard functions that matiec has too: both engines give the same.
+"""Random calls of standard functions give the same results on the built-in engine and matiec.
 
-What the two do differently, and hence is not called here, is in docs/reference/language.md: FIND of
-more than one character and REPLACE (mistakes of matiec), shifts by the width and more, reals
-that do not fit an integer, divisions by 0, invalid BCD digits, texts converted to moments.
+The test leaves out what differs (docs/reference/language.md): FIND of more than one character and
+REPLACE (mistakes of matiec), shifts by the width and more, reals that do not fit an integer,
+divisions by 0, invalid BCD digits, and texts converted to dates.
 """
 
 from __future__ import annotations

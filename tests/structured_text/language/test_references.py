@@ -1,4 +1,4 @@
-"""Pointers and references; every value is worked out by hand."""
+"""Pointers and references give values that were calculated by hand."""
 
 from __future__ import annotations
 
@@ -169,7 +169,7 @@ def test_a_wrong_pointer_is_refused(statement: str, message: str, mistakes_of: M
 
 
 def test_a_snapshot_holds_where_pointers_lead(build: Build) -> None:
-    """Another instance of the program may restore it: pointers then lead to its own variables."""
+    """If another instance restores the snapshot, its pointers lead to its own variables."""
     body = "IF P = 0 THEN P := ADR(A[1]); R REF= S.Y; PS := ADR(Points[3]); END_IF; P^ := P^ + 1;"
     body += " R := R + 2; PS^.X := PS^.X + 3;"
     first = _run(build, body)

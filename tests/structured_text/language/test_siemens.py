@@ -1,4 +1,4 @@
-"""What SIMATIC AX and TIA Portal accept: characters of texts, enumerations with a base type."""
+"""Constructs of SIMATIC AX and TIA Portal: characters of texts, enumerations with a base type."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def test_a_start_of_a_wider_type_is_converted_in_ax_only(
 
 
 def test_pins_of_a_block_start_with_variables(scanned: Callable[..., BuiltinProgram]) -> None:
-    """E := E names the pin of the inner block and the variable of the outer one."""
+    """E := E connects the pin of the inner block with the variable of the outer block."""
     program = scanned(
         "TYPE E1 : (A1, B1); END_TYPE\n"
         "FUNCTION_BLOCK F VAR_INPUT E : E1; N : INT; END_VAR VAR_OUTPUT O : INT; END_VAR"
@@ -136,7 +136,7 @@ def test_a_function_with_the_same_pins_is_declared_twice(
 
 
 def test_namespaces_may_declare_the_same_names(scanned: Callable[..., BuiltinProgram]) -> None:
-    """A source means the name of its own namespace, else that of the namespace which it uses."""
+    """A source means the name of its own namespace, or else that of a namespace it uses."""
     program = scanned(
         "NAMESPACE A.X TYPE K : INT (V := 1); END_TYPE FUNCTION F : INT VAR_INPUT I : INT; END_VAR"
         " F := I + K#V; END_FUNCTION END_NAMESPACE",
@@ -168,7 +168,7 @@ def test_an_assignment_attempt_gives_null_if_the_interface_is_missing(
 
 
 def test_tia_passes_an_array_with_other_bounds(scanned: Callable[..., BuiltinProgram]) -> None:
-    """The elements and their number must be the same; o[3] is the last element of both."""
+    """Only the number and type of the elements must be the same. The last element is o[3]."""
     source = (
         "FUNCTION F : INT VAR_INPUT A : INT; END_VAR VAR_IN_OUT O : ARRAY [1..3] OF INT; END_VAR"
         " VAR_OUTPUT P : ARRAY [1..3] OF INT; END_VAR O[1] := A; O[3] := O[3] + 7; P[2] := A;"
@@ -183,7 +183,7 @@ def test_tia_passes_an_array_with_other_bounds(scanned: Callable[..., BuiltinPro
 
 
 def test_blocks_of_methods_get_arguments(scanned: Callable[..., BuiltinProgram]) -> None:
-    """VAR_INST starts once with its block, VAR in each call."""
+    """VAR_INST is initialised once with its block, VAR in each call."""
     program = scanned(
         "FUNCTION_BLOCK F VAR N : INT; END_VAR METHOD FB_init : BOOL VAR_INPUT"
         " bInitRetains : BOOL; bInCopyCode : BOOL; K : INT; END_VAR N := K; END_METHOD"

@@ -1,4 +1,4 @@
-"""Functions and blocks of later editions of the standard, with values by hand at the limits.
+"""Functions and blocks of later editions give values by hand, also at the limits.
 
 Source: IEC 61131-3:2013, tables 22 to 46; extensions of tools are marked.
 """
@@ -32,7 +32,7 @@ _VARIABLES = """
 _HALF = math.pi / 2
 
 _ROWS = [
-    # Overloaded conversions (table 22, feature 2): the type of the argument is its own.
+    # Overloaded conversions (table 22, feature 2) take the source type from the argument.
     ("INT", "TO_INT(R)", 2),
     ("INT", "TO_INT(LR)", -2),
     ("INT", "TO_INT(3.5)", 4),
@@ -50,7 +50,7 @@ _ROWS = [
     ("DATE", "TO_DATE(DT1)", date(2024, 2, 29)),
     ("LTIME", "TO_LTIME(T1)", timedelta(seconds=90)),
     ("INT", "TO_INT(IN := 7)", 7),
-    # Cutting (table 22, features 3 and 4; TRUNC_INT is CODESYS').
+    # Truncation (table 22, features 3 and 4; TRUNC_INT is from CODESYS).
     ("DINT", "TRUNC(LR)", -2),
     ("DINT", "TRUNC_DINT(R)", 2),
     ("INT", "TRUNC_INT(R)", 2),
@@ -127,7 +127,7 @@ _ROWS = [
     ("BOOL", 'WS > "a"', True),
     ("CHAR", "SEL(B, CHAR#'x', C)", "A"),
     ("CHAR", "MAX(C, CHAR#'B')", "B"),
-    # Pins as CODESYS calls them.
+    # Pin names of CODESYS.
     ("STRING", "LEFT(STR := S, SIZE := 2)", "ab"),
     ("STRING", "MID(STR := S, LEN := 1, POS := 2)", "b"),
     ("STRING", "CONCAT(STR1 := S, STR2 := S)", "abcabc"),
@@ -237,7 +237,7 @@ def test_own_functions_win_over_those_of_the_third_edition(evaluate: Evaluate) -
 
 
 def _trace(folder: Path, kind: str, inputs: list[dict[str, Any]], outputs: str) -> list[Any]:
-    """Return the outputs after each scan of 10 ms; a pin stays until it is given again."""
+    """Return the outputs after each scan of 10 ms; a pin keeps its value until it is set again."""
     file = folder / "block.st"
     file.write_text(f"PROGRAM P1 VAR B1 : {kind}; END_VAR B1(); END_PROGRAM")
     program = BuiltinProgram.build(load([file]))
@@ -276,7 +276,7 @@ def test_the_other_timers_too(kind: str, levels: str, tmp_path: Path) -> None:
 
 
 def test_an_own_ctu_has_its_own_pins(build: Callable[[str], BuiltinProgram]) -> None:
-    """RESET of a CTU is another name of its R."""
+    """RESET is another name of R only for the standard CTU, not for a user's block."""
     program = build(
         "FUNCTION_BLOCK CTU_Own VAR_INPUT RESET : BOOL; END_VAR VAR_OUTPUT Q : BOOL; END_VAR\n"
         "Q := RESET;\nEND_FUNCTION_BLOCK\n"

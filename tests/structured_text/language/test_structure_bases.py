@@ -1,4 +1,4 @@
-"""A structure where the one that it EXTENDS is expected, and __ISVALIDREF of a VAR_IN_OUT."""
+"""A derived structure can be used as its base, and __ISVALIDREF takes a VAR_IN_OUT."""
 
 from __future__ import annotations
 

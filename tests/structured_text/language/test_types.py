@@ -1,4 +1,4 @@
-"""The elementary types of the third edition: their literals, and what converts by itself.
+"""The elementary types of the third edition have literals and implicit conversions.
 
 Source: IEC 61131-3:2013, tables 5 to 9 (literals), table 10 (elementary types), figure 12 (implicit
 conversions).
@@ -102,8 +102,8 @@ def test_a_wrong_type_is_refused(errors_of: Errors, statement: str, message: str
     assert error.line == 3
 
 
-#: What figure 12 of the standard has: each type with those it becomes by itself, at once or by way
-#: of others.
+#: Figure 12 of the standard: each type with the types to which it converts implicitly, directly or
+#: through others.
 _FIGURE = {"SINT": "INT DINT LINT REAL LREAL", "INT": "DINT LINT REAL LREAL", "DINT": "LINT LREAL",
            "USINT": "UINT UDINT ULINT INT DINT LINT REAL LREAL",
            "UINT": "UDINT ULINT DINT LINT REAL LREAL", "UDINT": "ULINT LINT LREAL", "REAL": "LREAL",
@@ -118,8 +118,8 @@ _ALL = [
     *["BOOL", "REAL", "LREAL", "TIME", "LTIME", "DATE", "LDATE", "TOD", "LTOD", "DT", "LDT"],
     *["STRING", "WSTRING", "CHAR", "WCHAR"],
 ]
-#: Beyond the figure: bit patterns as numbers of at least their width and the other way, a change of
-#: sign where no bit is lost, and whatever number where a REAL is expected.
+#: Conversions beyond the figure: between numbers and bit patterns of at least their width, to
+#: another sign if no bit is lost, and from any number to REAL.
 _WIDTH = dict(zip((*_INTEGERS, *_BITS), (8, 16, 32, 64) * 3, strict=True))
 
 
@@ -211,7 +211,7 @@ _MIXED = [
     ("DINT", "INT#-5", -5),
     ("REAL", "DINT#16777217", 16777216.0),
     ("LREAL", "DINT#16777217", 16777217.0),
-    # Calculated in the common type.
+    # The operation is calculated in the common type.
     ("DINT", "I + U", 65235),
     ("INT", "I + U", -301),
     ("UINT", "I + U", 65235),
@@ -227,23 +227,23 @@ _MIXED = [
     ("DINT", "US + SI", 199),
     ("INT", "US + 100", 44),
     ("INT", "US + 300", 500),
-    # The operation has its own type before what it is assigned to.
+    # The operation has its own type, before it is converted to the type of the target.
     ("DINT", "I7 * 20000", 140000 - 2 * 65536),
-    # Bit strings count as unsigned integers.
+    # Bit strings are treated as unsigned integers.
     ("BYTE", "B + 1", 0),
     ("WORD", "W - 1", 0xFFFE),
     ("DWORD", "B * W", 65535 * 255 - 254 * 65536),
     ("WORD", "W / 2", 0x7FFF),
     ("UINT", "-W", 1),
     ("USINT", "-B", 1),
-    # Integers as bit patterns.
+    # Integers are treated as bit patterns.
     ("INT", "I AND 16#FF", 0xD4),
     ("INT", "NOT I", 299),
     ("SINT", "SI XOR SI", 0),
     ("DINT", "D OR I", -299),
     ("WORD", "W AND I", 0xFED4),
     ("UINT", "U XOR 1", 65534),
-    # Comparisons in the common type.
+    # Comparisons use the common type.
     ("BOOL", "I < U", True),
     ("BOOL", "U = W", True),
     ("BOOL", "W > I", True),

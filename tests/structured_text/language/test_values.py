@@ -1,4 +1,4 @@
-"""Values as they are written in Structured Text, and the parts of a variable."""
+"""Values are written as in Structured Text, and variables have parts."""
 
 from __future__ import annotations
 
@@ -99,11 +99,13 @@ def test_a_header_says_of_what_type_a_variable_is() -> None:
 def test_values_unknown_to_json_become_literals() -> None:
     values = {"A": [timedelta(seconds=1), date(2024, 1, 2)], "B": float("nan"), "C": 5}
     assert literal(values) == {"A": ["T#1000ms", "D#2024-01-02"], "B": "nan", "C": 5}
-    assert literal("\xe9\ud83d\ude00\ude00") == "\xe9\U0001f600\ufffd", "no halves of characters"
+    assert literal("\xe9\ud83d\ude00\ude00") == "\xe9\U0001f600\ufffd", (
+        "half a surrogate pair is replaced"
+    )
 
 
 def test_a_type_comes_back_from_its_description() -> None:
-    """A block as a structure: which it was is not written."""
+    """The description of a block does not name its type, so a block becomes a structure."""
     for kind in (INT, STATE, LONG, GRID, POINT):
         again = typed(described(kind))
         assert described(again) == described(kind)

@@ -1,4 +1,4 @@
-"""VAR_CONFIG: addresses of variables inside the instances of a program."""
+"""VAR_CONFIG sets addresses of variables inside the instances of a program."""
 
 from __future__ import annotations
 

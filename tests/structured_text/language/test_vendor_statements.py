@@ -1,4 +1,4 @@
-"""Statements and names that single tools have; every value is worked out by hand."""
+"""Statements and names of single tools have values that were calculated by hand."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def _run(build: Build, body: str) -> BuiltinProgram:
 @pytest.mark.parametrize(
     ("body", "expected"),
     [
-        # EN and ENO: not executed, so nothing changes but ENO.
+        # EN is FALSE: the call is not executed, and only ENO changes.
         ("I := 7; I := F_Inc(EN := FALSE, X := 1, ENO => B);", {"I": 7, "B": False}),
         ("C := TRUE; I := F_Inc(EN := C, X := 1, ENO => B);", {"I": 2, "B": True}),
         ("I := F_Inc(X := 1, ENO => B);", {"I": 2, "B": True}),
@@ -66,7 +66,7 @@ def _run(build: Build, body: str) -> BuiltinProgram:
         ("I := F1.Add(EN := B, A := 2); J := F1.Add(EN := NOT B, A := 2);", {"I": 0, "J": 9}),
         ("F1.Add(EN := B, A := 2); F1.Add(A := 3, ENO => B);", {"F1.N": 4, "B": True}),
         ("A[2] := MAX(EN := TRUE, IN1 := 7, IN2 := 9, ENO => W.3);", {"A[2]": 9, "W": 8}),
-        # A function with its own EN and ENO: ordinary pins.
+        # A function that declares EN and ENO itself: they are ordinary pins.
         ("I := F_Own(EN := FALSE, X := 4, ENO => B);", {"I": 8, "B": True}),
         # Assignments in expressions.
         ("WHILE (I := I + 1) < 5 DO J := J + I; END_WHILE;", {"I": 5, "J": 10}),
@@ -82,10 +82,10 @@ def _run(build: Build, body: str) -> BuiltinProgram:
         ("B := F_Bound(4); C := F_Bound(5);", {"B": False, "C": True}),
         ("CASE (I := 2) OF 2: J := 1; END_CASE; FOR K := 1 TO (N := 3) DO ; END_FOR;",
          {"J": 1, "K": 4, "N": 3}),
-        # RETURN with a condition.
+        # RETURN takes a condition.
         ("I := F_First(4); J := F_First(3); K := F1.Add(-1);", {"I": 4, "J": 0, "K": 0}),
         ("FOR I := 1 TO 9 DO RETURN(I = 3); J := I; END_FOR;", {"I": 3, "J": 2}),
-        # Counting down without a sign: the loop also ends at 0.
+        # An unsigned variable counts down: the loop also ends at 0.
         ("FOR U := 3 TO 0 BY -1 DO N := N * 10 + USINT_TO_INT(U); END_FOR;", {"N": 3210}),
         ("FOR U := 5 TO 2 BY -(1 + 1) DO N := N * 10 + USINT_TO_INT(U); END_FOR;", {"N": 53}),
         ("FOR U := 1 TO 2 BY -1 DO N := N + 1; END_FOR;", {"N": 0}),
@@ -93,7 +93,8 @@ def _run(build: Build, body: str) -> BuiltinProgram:
         # Arguments with and without names.
         ("I := FIND(STR1 := 'a.b', '.'); J := FIND('xa', STR2 := 'a');", {"I": 2, "J": 2}),
         ("Q := MID('abcd', 2, POS := 2); I := LIMIT(MN := 1, 9, MX := 4);", {"Q": "bc", "I": 4}),
-        # BIT: eight in a row share a byte, the next one begins a byte, W lies at a multiple of 2.
+        # Eight BITs in a row share a byte, the next BIT begins a byte, and W lies at a multiple of
+        # 2.
         ("I := SIZEOF(U1.Bits); U1.Raw[0] := 16#82; U1.Raw[1] := 1; B := U1.Bits.B;"
          "C := U1.Bits.A;",
          {"I": 6, "B": True, "C": False, "U1.Bits.H": True, "U1.Bits.I": True}),
@@ -105,7 +106,10 @@ def _run(build: Build, body: str) -> BuiltinProgram:
 def test_statements_have_the_values_of_a_hand_calculation(
     build: Build, body: str, expected: dict[str, Any] | None
 ) -> None:
-    """By hand; ExST: CODESYS help, "ExST Assignment as An Expression"; BIT: "Data Type: BIT"."""
+    """Values are by hand.
+
+    The rules are from CODESYS help, "ExST Assignment as An Expression" and "Data Type: BIT".
+    """
     if expected is None:
         with pytest.raises(InputError):
             _run(build, body)
@@ -153,7 +157,7 @@ def test_coverage_does_not_change_what_they_do(
         ("F1(ENO => 3);", "is not expected here"),
         ("F1(ENO => I);", "a INT is expected here|expected here, not a BOOL"),
         ("I := (B := 3);", "a BOOL is expected here"),
-        ("IF (I := 3) THEN ; END_IF;", "a BOOL is expected here, not a INT"),
+        ("IF (I := 3) THEN ; END_IF;", ":= assigns, and does not compare"),
         ("I := (A := 3);", "expected here"),
         ("I := (F_Inc := 3);", "F_Inc"),
         ("B := (W.3 := TRUE);", "a bit is not assigned inside an expression"),
@@ -213,7 +217,7 @@ def test_a_pragma_of_a_tool_is_not_taken_for_c(build: Build, text: str) -> None:
 def test_a_bit_outside_of_structures_and_blocks_is_refused(
     mistakes_of: Mistakes, place: str, line: int
 ) -> None:
-    """CODESYS help, compiler error C0203."""
+    """CODESYS refuses it with compiler error C0203."""
     (found,) = mistakes_of(place)
     assert found.line == line
     assert found.message.startswith("BIT is for fields of a structure")
@@ -292,6 +296,6 @@ def test_a_source_that_is_not_utf_8_is_read_as_windows_1252(tmp_path: Path) -> N
     ["LTIME#213503D23H34M33S709MS551US616NS", "T#106752D", "LTIME#-106752D", "TIME#213503D"],
 )
 def test_a_duration_beyond_its_type_is_refused(mistakes_of: Mistakes, text: str) -> None:
-    """By hand: 2**64 ns, and 2**63 ns = 106,751.99 days."""
+    """The limits are 2**64 ns, and 2**63 ns = 106,751.99 days."""
     (found,) = mistakes_of(f"PROGRAM P1\nVAR T1 : LTIME := {text}; END_VAR\nEND_PROGRAM")
     assert "is too large" in found.message

@@ -1,4 +1,4 @@
-"""Nothing that is printed fails, whatever characters the console knows."""
+"""Printing never fails, whatever characters the console can show."""
 
 from __future__ import annotations
 
@@ -81,9 +81,9 @@ def test_unprintable_characters_are_shown_as_codes(text: str, shown: str) -> Non
 
 @pytest.mark.exhaustive
 def test_lines_count_as_drawn_only_with_every_character_that_is_printed(repository: Path) -> None:
-    """Those of the pages that `verify` writes are of UTF-8 files.
+    """The pages that `verify` writes are not counted, because they are UTF-8 files.
 
-    Two modules do not print their characters: they look for them in a text.
+    Two modules are not counted because they search for their characters and do not print them.
     """
     searched = "structured_text.projects.plcopen_tasks", "structured_text.testing.suites.junit"
     texts = {

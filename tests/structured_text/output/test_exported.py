@@ -1,4 +1,4 @@
-"""Paths of files, and which of the files an export has written."""
+"""Exports have paths of files, and record which files they have written."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The progress of long work, with a clock of its own."""
+"""The progress of long work is shown, tested with a simulated clock."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from structured_text.output.progress import progress_bar
 
 
 def test_without_a_terminal_a_line_says_now_and_then_how_far_how_fast_and_how_long() -> None:
-    """100 items take 2 s each: at 32 s, 16 are done at 0.5/s, and 84 remain, that is 168 s."""
+    """100 items take 2 s each. At 32 s, 16 are done at 0.5/s, and the other 84 need 168 s."""
     shown, now_s = io.StringIO(), 1000.0
     console = Console(file=shown, force_terminal=False, width=100)
     with progress_bar(console, clock=lambda: now_s) as progress:
@@ -24,7 +24,7 @@ def test_without_a_terminal_a_line_says_now_and_then_how_far_how_fast_and_how_lo
 
 
 def test_on_a_terminal_there_is_a_bar() -> None:
-    """4 items a second, of 200: after 100 there are 25 s left."""
+    """200 items run at 4/s. After 100 items, 25 s remain."""
     shown, now_s = io.StringIO(), 0.0
     console = Console(file=shown, force_terminal=True, width=100)
     with progress_bar(console, clock=lambda: now_s) as progress:
@@ -38,7 +38,7 @@ def test_on_a_terminal_there_is_a_bar() -> None:
 
 
 def test_a_task_of_nothing_shows_no_bar() -> None:
-    """A campaign without failures has 0 classes; the bar before it is there.
+    """A campaign without failures has 0 classes. Only the bar before is shown.
 
     Source: docs/how-to/campaign.md.
     """
@@ -54,7 +54,7 @@ def test_a_task_of_nothing_shows_no_bar() -> None:
 
 
 def test_an_unknown_total_is_shown_at_the_end() -> None:
-    """A generator has two items: the line shows 2/? while it runs, and 2/2 at its end.
+    """The line shows 2/? while a generator of two items runs, and 2/2 at its end.
 
     Source: a user's screen.
     """

@@ -1,4 +1,4 @@
-"""Differences between operating systems are in one module, which works on each of them."""
+"""A single module handles the differences between operating systems."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def test_signals_end_a_command_as_ctrl_c_does(number: signal.Signals) -> None:
 
 @pytest.mark.usefixtures("handlers")
 def test_a_signal_that_is_ignored_stays_so() -> None:
-    """`nohup` starts a process in this way."""
+    """`nohup` starts a process with SIGHUP ignored."""
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
     system.end_as_by_ctrl_c()
     signal.raise_signal(signal.SIGHUP)
@@ -131,7 +131,7 @@ def test_a_signal_that_is_ignored_stays_so() -> None:
 def test_a_closed_pipe_is_not_a_full_disk(
     monkeypatch: pytest.MonkeyPatch, platform: str, number: int, expected: bool
 ) -> None:
-    """On Windows, writing to such a pipe gives the error "invalid argument"."""
+    """On Windows, writing to a closed pipe gives the error "invalid argument"."""
     monkeypatch.setattr("sys.platform", platform)
     assert system.nobody_reads(OSError(number, "")) is expected
 
@@ -161,7 +161,7 @@ copies = pytest.mark.skipif(not system.COPIES, reason="this system has no copies
 
 
 def _in_new_python(code: str) -> tuple[int, str, str]:
-    """Run in a new process, since a fork would inherit locks; return exit code and output."""
+    """Return exit code and output of code in a new process, since a fork would inherit locks."""
     given = (
         "import os, signal, subprocess, sys\nfrom structured_text.output.system import PipedCopy\n"
     )

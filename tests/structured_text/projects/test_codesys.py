@@ -1,7 +1,7 @@
-"""Exports of CODESYS: tasks, devices, arguments of blocks, replaced bodies.
+"""Exports of CODESYS with tasks, devices, arguments of blocks, and replaced bodies.
 
-The sources of the expected values are the CODESYS help (Task Configuration, Editor 'Task';
-Method FB_Init) and the XML schema of PLCopen TC6.
+The expected values come from the CODESYS help (Task Configuration, Editor 'Task'; Method FB_Init)
+and from the XML schema of PLCopen TC6.
 """
 
 from __future__ import annotations
@@ -69,9 +69,10 @@ _MAIN = _pou("Cyclic", "program", _variable("go", "<BOOL/>") + _variable("k", "<
     ],
 )
 def test_a_task_starts_by_its_variable(settings: str, counts: list[int], tmp_path: Path) -> None:
-    """Five scans, in which the variable is FALSE, TRUE, TRUE, FALSE, TRUE.
+    """In five scans the variable is FALSE, TRUE, TRUE, FALSE, TRUE.
 
-    Event: at a rising edge. Status: while TRUE. Freewheeling: at once after each run.
+    An event task runs at a rising edge, a status task while the variable is TRUE, and a
+    freewheeling task in each scan.
 
     Source: CODESYS help, Editor 'Task', Type.
     """
@@ -105,7 +106,7 @@ def test_a_task_of_the_standard_may_have_a_variable(tmp_path: Path) -> None:
     ],
 )
 def test_a_task_by_an_unknown_event_is_noted(settings: str, said: str, tmp_path: Path) -> None:
-    """The other task runs; a task of the user's replaces both, and the note.
+    """The other task runs. If the user gives a task, it replaces both, and the note is gone.
 
     Source: docs/how-to/projects.md.
     """
@@ -114,7 +115,7 @@ def test_a_task_by_an_unknown_event_is_noted(settings: str, said: str, tmp_path:
     files = source_files(file, None)
     (note,) = files.notes
     assert said in note
-    assert note.endswith("does not call Count; --replace Tasks=file.st gives them another")
+    assert note.endswith("does not call Count; give other tasks by --replace Tasks=file.st")
     with Bench.build(files, engine="builtin") as bench:
         bench.scan(2)
         assert bench["Cyclic.k"] == 1
@@ -187,7 +188,7 @@ def test_two_devices_are_one_message_with_both_names(
 
 
 def test_a_device_without_programs_is_not_a_choice(tmp_path: Path) -> None:
-    """A drive or a coupler is a device, too.
+    """A device may also be a drive or a coupler.
 
     Source: docs/how-to/projects.md.
     """
@@ -213,7 +214,7 @@ _METHOD = (
 
 
 def test_arguments_of_a_block_are_beside_its_variable(tmp_path: Path) -> None:
-    """10 * 3 + (2 + 2) = 34.
+    """The block gets 10 * 3 + (2 + 2) = 34.
 
     Source: CODESYS help, Methods FB_Init, FB_Reinit and FB_Exit: additional parameters.
     """
@@ -242,7 +243,7 @@ def test_a_body_of_a_device_is_replaced(tmp_path: Path) -> None:
 
 
 def test_messages_on_a_replaced_pou_name_the_file_of_each_line(tmp_path: Path) -> None:
-    """The interface is in the project, the statements are in the user's file.
+    """The interface is in the project, and the statements are in the user's file.
 
     Source: docs/how-to/projects.md.
     """
@@ -259,7 +260,7 @@ def test_messages_on_a_replaced_pou_name_the_file_of_each_line(tmp_path: Path) -
 
 
 def test_warnings_on_a_replaced_pou_name_the_file_of_each_line(tmp_path: Path) -> None:
-    """The name of the variable in line 1 of the project is not portable.
+    """The variable in line 1 of the project has a name that is not portable.
 
     Source: docs/reference/language.md, portable subset.
     """

@@ -1,4 +1,4 @@
-"""An unchanged folder is scanned once; every change in it is noticed."""
+"""An unchanged folder is scanned once, and every change in it is noticed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _LONG_AGO = 1_000_000_000  # [s]
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """Return a folder with one file, and a subfolder with another."""
+    """Return a folder with a file, and a subfolder with a file."""
     (tmp_path / "plc/below").mkdir(parents=True)
     (tmp_path / "plc/a.st").touch()
     (tmp_path / "plc/below/b.st").touch()
@@ -27,7 +27,7 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def later(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Set the clock ten seconds ahead, so that no file is of this moment."""
+    """Set the clock ten seconds ahead, so that all files count as old."""
     now = time.time_ns
     monkeypatch.setattr(time, "time_ns", lambda: now() + 10_000_000_000)
 
@@ -67,7 +67,7 @@ def test_a_file_that_comes_or_goes_below_it_is_seen(folder: Path, looked: list[s
 
 
 def test_a_folder_that_changed_just_now_is_read_again(folder: Path, looked: list[str]) -> None:
-    """Two changes within one clock tick of the file system have the same time."""
+    """Two changes within a clock tick of the file system have the same time."""
     _names(folder)
     _names(folder)
     assert looked == ["plc", "below"] * 2
@@ -75,7 +75,7 @@ def test_a_folder_that_changed_just_now_is_read_again(folder: Path, looked: list
 
 @pytest.mark.usefixtures("later")
 def test_a_folder_with_an_older_time_is_read_again(folder: Path) -> None:
-    """Programs that unpack or copy a folder with its times cause this."""
+    """A program that unpacks or copies a folder may restore older times."""
     if os.name == "nt":
         pytest.skip("Windows has no time of the last change that a program cannot set")
     before = folder.stat()

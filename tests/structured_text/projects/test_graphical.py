@@ -1,4 +1,4 @@
-"""Bodies in graphical languages: the rest is checked, and runs if it does not need them."""
+"""A project with graphical bodies is checked, and runs if it does not need these bodies."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _refused(folder: Path, objects: dict[str, str]) -> str:
 def test_a_body_in_another_language_is_listed_and_the_rest_is_checked(
     language: str, shown: str, tmp_path: Path
 ) -> None:
-    """The mistake in MAIN is the only error: `q` is misspelled, and `On` is a BOOL.
+    """The only error is the misspelled `q` in MAIN; `On` is a BOOL.
 
     Source: docs/how-to/projects.md.
     """
@@ -62,7 +62,7 @@ def test_a_body_in_another_language_is_listed_and_the_rest_is_checked(
 
 
 def test_a_program_runs_that_reads_the_block_but_does_not_call_it(tmp_path: Path) -> None:
-    """The output has its initial value.
+    """The output keeps its initial value.
 
     Source: docs/how-to/projects.md.
     """
@@ -96,7 +96,7 @@ _WITH_METHOD = "FUNCTION_BLOCK {} {}\n---\n;\n"
 def test_a_program_that_calls_the_block_is_refused_by_its_name(
     variables: str, statements: str, tmp_path: Path
 ) -> None:
-    """Directly, under a condition, through a block, a reference or a method.
+    """The call may be direct, under a condition, or through a block, a reference or a method.
 
     Source: docs/how-to/projects.md.
     """
@@ -134,7 +134,7 @@ _GRAPHICAL_METHOD = (
 
 @pytest.mark.parametrize("called", ["f.Fill();", "b.Fill();", "n := n + 1;"])
 def test_a_graphical_method_is_refused_if_it_can_be_called(called: str, tmp_path: Path) -> None:
-    """Also through an interface that another block implements in Structured Text.
+    """The call may also go through an interface that another block implements in ST.
 
     Source: docs/how-to/projects.md.
     """
@@ -178,7 +178,7 @@ def test_a_program_in_another_language_is_refused_by_its_name(tmp_path: Path) ->
 
 
 def test_an_export_refuses_a_body_in_another_language(tmp_path: Path) -> None:
-    """It would write an empty body, although nothing calls the block.
+    """The export would contain an empty body, even though the block is not called.
 
     Source: docs/how-to/projects.md.
     """

@@ -1,4 +1,4 @@
-"""Wrong numbers, encodings and aliases in project files: one message with its place."""
+"""Wrong numbers, encodings and aliases in project files give one message with its place."""
 
 from __future__ import annotations
 
@@ -70,7 +70,9 @@ def _refused(file: Path) -> str:
     ],
 )
 def test_a_priority_is_a_number_up_to_65535(name: str, number: str, tmp_path: Path) -> None:
-    """IEC 61131-3, tasks: an unsigned number; Python would read some of these, or crash.
+    """IEC 61131-3 has unsigned priorities.
+
+    Python's int() would accept some of these texts or crash.
 
     Source: docs/reference/limits.md, files.
     """
@@ -91,7 +93,7 @@ def test_an_interval_is_a_year_at_most(name: str, interval: str, tmp_path: Path)
 
 
 def test_a_periodic_task_of_logix_without_a_rate_is_not_a_continuous_one(tmp_path: Path) -> None:
-    """Its program would run in each scan, whatever its timers are made for.
+    """A missing rate is an error, because the program would run in each scan with wrong timers.
 
     Source: Logix 5000 Import/Export, Task: Rate, of a periodic task
     """
@@ -114,7 +116,7 @@ def test_an_interval_of_the_standard_is_read_in_full(interval: str, tmp_path: Pa
     ],
 )
 def test_an_interval_keeps_all_its_digits(text: str, us: int, literal: str, tmp_path: Path) -> None:
-    """A number of six digits would be T#1234.57ms, or T#2e+06ms.
+    """With six digits, the interval would be T#1234.57ms or T#2e+06ms.
 
     Source: IEC 61131-3, duration literals.
     """
@@ -145,7 +147,7 @@ def test_whole_numbers_have_limits(tmp_path: Path) -> None:
 def test_an_initial_value_that_is_no_number_is_left_out_with_a_note(
     value: str, kind: str, told: bool, tmp_path: Path
 ) -> None:
-    """Studio 5000 writes 1.#QNAN for a REAL that is not a number.
+    """Studio 5000 writes 1.#QNAN for a REAL that is NaN.
 
     Source: docs/reference/limits.md, files.
     """
@@ -202,7 +204,7 @@ def test_unreadable_statements_of_logix_are_reported(code: str, tmp_path: Path) 
     "encoding", ["Shift_JIS", "EUC-JP", "ISO-2022-JP", "GB2312", "GBK", "GB18030", "Big5", "utf-16"]
 )
 def test_projects_of_east_asia_are_read_in_their_encoding(encoding: str, tmp_path: Path) -> None:
-    """The robots come from Japan, and so do many of the projects.
+    """Many projects for these robots come from Japan.
 
     Source: docs/reference/limits.md, files.
     """
@@ -237,7 +239,7 @@ def test_a_wrong_encoding_has_its_line(content: bytes, told: str, tmp_path: Path
 
 
 def test_comments_of_scl_are_looked_at_once(tmp_path: Path) -> None:
-    """Each of 200,000 comments would compare all lines of the source with themselves.
+    """Each of 200,000 comments is read once, without a search through all lines of the source.
 
     Source: docs/reference/limits.md.
     """

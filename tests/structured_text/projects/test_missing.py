@@ -1,4 +1,4 @@
-"""Libraries that are not read: one message for each, and interfaces inferred from the use."""
+"""A missing library gives one message, and its interfaces are inferred from their use."""
 
 from __future__ import annotations
 
@@ -28,7 +28,9 @@ def _said(files: SourceFiles) -> list[str]:
 
 
 def test_a_library_that_is_not_read_is_one_message(tmp_path: Path) -> None:
-    """Three places and two names of Tc2_Utilities; the mistake in the program stays.
+    """The program uses two names of Tc2_Utilities in three places.
+
+    Its own error is still reported.
 
     Source: Beckhoff Information System, PLC Library Tc2_Utilities: both blocks.
     """
@@ -60,7 +62,7 @@ def test_a_library_that_is_not_read_is_one_message(tmp_path: Path) -> None:
 def test_an_unknown_name_may_be_of_an_unknown_library(
     libraries: dict[str, str], said: str, tmp_path: Path
 ) -> None:
-    """Without a reference to a library, a misspelled name is more likely.
+    """If the project refers to no library, the message assumes a misspelled name.
 
     Source: docs/how-to/projects.md.
     """
@@ -79,7 +81,7 @@ def test_a_namespace_names_its_library(tmp_path: Path) -> None:
 
 
 def test_a_name_that_the_project_declares_is_not_missing(tmp_path: Path) -> None:
-    """The error in its declaration is the cause.
+    """The error is in the declaration of that name.
 
     Source: docs/how-to/projects.md.
     """
@@ -103,7 +105,7 @@ def test_the_libraries_of_some_names_are_known() -> None:
 
 
 def test_an_export_of_codesys_names_its_libraries(tmp_path: Path) -> None:
-    """A reference is not noted, because CODESYS adds many; system libraries are left out.
+    """References are not noted, because CODESYS adds many, and system libraries are left out.
 
     Source: an export of CODESYS: the element Libraries of an application.
     """
@@ -133,7 +135,7 @@ def test_many_unread_libraries_are_counted(tmp_path: Path) -> None:
 
 
 def test_the_use_of_a_variable_of_a_missing_type_is_not_another_error(tmp_path: Path) -> None:
-    """Calls, methods and members of local variables, and variables of a list.
+    """The test uses calls, methods and members of local variables, and variables of a list.
 
     Source: docs/how-to/projects.md.
     """
@@ -153,7 +155,7 @@ def test_the_use_of_a_variable_of_a_missing_type_is_not_another_error(tmp_path: 
 
 
 def _stubs(folder: Path, objects: dict[str, str], libraries: dict[str, str]) -> dict[str, str]:
-    """Infer the interfaces, check the project with them, and return their texts without heads."""
+    """Infer the interfaces, check the project with them, and return their texts without headers."""
     project = written_project(folder / "P", objects, libraries=libraries)
     files = source_files(project, None)
     found = infer_stubs(files.all, files.missing, files.declared)
@@ -167,7 +169,7 @@ def _stubs(folder: Path, objects: dict[str, str], libraries: dict[str, str]) -> 
 
 
 def test_a_block_has_the_pins_that_the_program_uses(tmp_path: Path) -> None:
-    """Types of the arguments, of the target, and of the place where an output is read.
+    """The types come from the arguments, the target, and the place where an output is read.
 
     Source: docs/how-to/projects.md.
     """
@@ -227,7 +229,7 @@ def test_structures_enumerations_functions_and_lists_are_told_apart(tmp_path: Pa
 
 
 def test_a_base_block_has_what_the_derived_block_takes_from_it(tmp_path: Path) -> None:
-    """Its methods, with and without a result, and its variables.
+    """The base gets the methods, with and without a result, and the variables that are used.
 
     Source: docs/how-to/projects.md.
     """
@@ -252,7 +254,9 @@ def test_a_base_block_has_what_the_derived_block_takes_from_it(tmp_path: Path) -
 
 
 def test_members_arrays_and_pointers_of_a_library_have_types(tmp_path: Path) -> None:
-    """`Vlv.Mode.Slow` is a member of an enumeration; elements and targets show the types behind.
+    """`Vlv.Mode.Slow` is an enumeration value.
+
+    Elements and pointers have the types that the use shows.
 
     Source: docs/how-to/projects.md.
     """
@@ -278,8 +282,57 @@ def test_a_namespace_of_a_library_is_declared(tmp_path: Path) -> None:
     assert sorted(texts) == ["Valve.st", "Vlv.st"]
 
 
+def test_an_input_that_gets_values_of_several_types_is_an_any(tmp_path: Path) -> None:
+    """A type that takes all values is preferred: an LREAL takes an INT and a REAL.
+
+    Source: docs/how-to/projects.md.
+    """
+    variables = "  r : REAL; i : INT; s : STRING; a : ARRAY[1..2] OF BYTE; v : Valve; ok : BOOL;"
+    statements = (
+        "ok := Send(r); ok := Send(s); ok := Send(a);\nok := Wide(r); ok := Wide(i);\n"
+        "v(Item := s, Open := ok); v(Item := i);"
+    )
+    objects = {"MAIN.TcPOU": _program(variables, statements)}
+    texts = _stubs(tmp_path, objects, {"Valves": "Vlv"})
+    assert "P1 : ANY;" in texts["Send.st"]
+    assert "P1 : LREAL;" in texts["Wide.st"]
+    assert "Item : ANY;" in texts["Valve.st"]
+    assert "Open : BOOL;" in texts["Valve.st"]
+
+
+def test_arguments_of_declarations_and_constants_of_lists_are_inferred(tmp_path: Path) -> None:
+    """The block is in a method, whose VAR_INST are variables of its block.
+
+    Source: CODESYS help, method FB_Init: its parameters, and VAR_INST.
+    """
+    start = "FB" + "_init"
+    objects = {
+        "Filter.TcPOU": "FUNCTION_BLOCK Filter\nVAR\n  top : LREAL := Vlv.Limits.Top;\n"
+        "END_VAR\n---\nMETHOD Run\nVAR_INST\n  v : Vlv.Valve(0, 'a');\nEND_VAR\n"
+        "v.Open := TRUE;\nEND_METHOD\ntop := top + 1.0;\n",
+        "MAIN.TcPOU": _program("  f : Filter;", "f();"),
+    }
+    texts = _stubs(tmp_path, objects, {"Valves": "Vlv"})
+    assert f"METHOD {start} : BOOL" in texts["Valve.st"]
+    assert "Argument1 : DINT;\n  Argument2 : STRING(255);" in texts["Valve.st"]
+    assert "Open : BOOL;" in texts["Valve.st"]
+    assert "Top : LREAL;" in texts["Limits.st"]
+
+
+def test_members_and_fields_are_inferred_from_initial_values_of_arrays(tmp_path: Path) -> None:
+    """Source: CODESYS help, array initialisation; docs/how-to/projects.md."""
+    variables = (
+        "  kinds : ARRAY[0..1] OF Kind := [Kind.None, Kind.Some];\n"
+        "  table : ARRAY[0..1] OF Entry := [(Name := 'a', Number := 1), (Name := 'b')];"
+    )
+    objects = {"MAIN.TcPOU": _program(variables, ";")}
+    texts = _stubs(tmp_path, objects, {"Valves": "Vlv"})
+    assert "TYPE Kind : (None, Some); END_TYPE" in texts["Kind.st"]
+    assert "  Name : STRING(255);\n  Number : DINT;" in texts["Entry.st"]
+
+
 def test_nothing_is_inferred_if_nothing_is_missing(tmp_path: Path) -> None:
-    """A mistake of the user's is not a missing library.
+    """A mistake of the user is not treated as a missing library.
 
     Source: docs/how-to/projects.md.
     """
@@ -291,7 +344,7 @@ def test_nothing_is_inferred_if_nothing_is_missing(tmp_path: Path) -> None:
 
 
 def test_stubs_are_sources_that_can_be_read(tmp_path: Path) -> None:
-    """The head is a comment that names the command.
+    """The header is a comment that names the command.
 
     Source: docs/how-to/projects.md.
     """

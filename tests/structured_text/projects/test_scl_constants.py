@@ -1,4 +1,4 @@
-"""CONST … END_CONST of an SCL source of STEP 7: a constant takes the type of its place."""
+"""In an SCL source of STEP 7, a constant of CONST … END_CONST takes the type of its use."""
 
 from __future__ import annotations
 

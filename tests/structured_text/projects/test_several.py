@@ -1,4 +1,4 @@
-"""Several projects at once: the library of another one, with its namespace."""
+"""A project can use another project as a library, with its namespace."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def _projects(folder: Path) -> list[Path]:
 def test_a_library_is_found_by_its_namespace(order: int, tmp_path: Path) -> None:
     """Both projects have a block, a list, a program and a task of the same name.
 
-    Two scans: a is 3 and 6; b is 3 + 100, then 103 + 3 + 100.
+    In two scans a is 3 and 6; b is 3 + 100, then 103 + 3 + 100.
 
     Source: Beckhoff Information System, TwinCAT 3 PLC: library reference, Namespace.
     """
@@ -114,7 +114,7 @@ def test_a_library_without_a_namespace_is_known_by_its_title(tmp_path: Path) -> 
 def test_a_name_with_an_unknown_namespace_is_not_the_block_itself(
     text: str, tmp_path: Path
 ) -> None:
-    """A single message; "recursion is not supported" would be wrong.
+    """There is a single message. "Recursion is not supported" would be wrong.
 
     Source: IEC 61131-3, 3rd edition, 6.9: namespaces.
     """

@@ -1,4 +1,4 @@
-"""When arithmetic leaves its type, for values that are known and for terms of the solver."""
+"""Arithmetic that leaves its type is detected for known values and for solver terms."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def _exact(op: str, left: int, right: int) -> int:
 @pytest.mark.parametrize("op", ["+", "-", "*"])
 @pytest.mark.parametrize("known", ["both", "left", "right", "none"])
 def test_arithmetic_that_leaves_8_bits_is_found(kind: str, op: str, known: str) -> None:
-    """Against numbers without limits; IEC 61131-3 table 10 has the ranges."""
+    """The test compares with unlimited integers. IEC 61131-3, table 10, has the ranges."""
     least, most = (-128, 127) if kind == "SINT" else (0, 255)
     a, b = z3.BitVec("a", 8), z3.BitVec("b", 8)
     for left, right in product(_EDGES[kind], repeat=2):
@@ -50,7 +50,7 @@ def test_only_the_lowest_by_minus_1_leaves(op: str, left: int, right: int, leave
         ("UINT", "INT", 32768, True),
         ("DINT", "INT", -32768, False),
         ("DINT", "INT", 32768, True),
-        ("INT", "WORD", -1, False),  # the pattern, as it is
+        ("INT", "WORD", -1, False),  # The bit pattern does not change.
         ("WORD", "INT", 0xFFFF, False),
         ("WORD", "BYTE", 0x0100, True),
         ("WORD", "BYTE", 0x00FF, False),

@@ -1,4 +1,4 @@
-"""The toolkit's part of the pytest plugin, by itself."""
+"""The toolkit's part of the pytest plugin works without the harness."""
 
 from __future__ import annotations
 
@@ -27,8 +27,9 @@ END_PROGRAM
 """
 
 
+@pytest.mark.exhaustive
 def test_without_the_plugin_of_the_harness_coverage_is_counted(pytester: pytest.Pytester) -> None:
-    """Two of three statements are executed: the assignment and the IF.
+    """The assignment and the IF are executed, which are two of three statements.
 
     Source: docs/how-to/testing.md.
     """

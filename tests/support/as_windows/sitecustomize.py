@@ -1,11 +1,13 @@
-"""Makes a Python process, and those that it starts, one of Windows to the packages of the wheel.
+"""Make this Python process and its children look like Windows to the packages of the wheel.
 
-Python imports this module at its start where its folder is on PYTHONPATH (`windows.py` beside the
-folder puts it there). Their modules then see: `sys.platform` of win32; none of the
-names and modules that Windows lacks, with stand-ins for those that only Windows has; `select` for
-sockets alone; no group address to bind to; no loop that can wait for a signal; no file removed or
-replaced while it is open or loaded; and an error where a text file has no encoding. Processes
-start by spawn. The standard library itself stays that of this system.
+Python imports this module at its start if its folder is on PYTHONPATH (`windows.py` beside the
+folder puts it there). The modules of the packages then see the following differences:
+
+`sys.platform` is win32. Names and modules that Windows lacks are missing, and names that only
+Windows has are stand-ins. `select` takes sockets only. A socket cannot be bound to a group address,
+and an event loop cannot wait for a signal. A file that is open or loaded cannot be removed or
+replaced. A text file without an encoding is an error. Processes start by spawn. The standard
+library itself does not change.
 """
 
 from __future__ import annotations
@@ -30,7 +32,7 @@ from typing import Any
 
 
 class _Seen(ModuleType):
-    """A module as our modules see it."""
+    """A standard module as the modules of the packages see it."""
 
     def __init__(self, real: ModuleType, hidden: Sequence[str], instead: Mapping[str, Any]) -> None:
         super().__init__(real.__name__)
@@ -70,7 +72,7 @@ def _dll(name: str) -> Any:
 
 
 class _Tagged(mmap.mmap):
-    """Memory of that name: of another process, or new, which is gone when its maker closes it."""
+    """Shared memory with a name, which disappears when its creator closes it."""
 
     made = ""
 

@@ -1,4 +1,4 @@
-"""The bench's arithmetic and its manners; what it measures is measured by `make bench` only."""
+"""The bench calculates and reports its figures; only `make bench` measures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""No scan more than the theoretical minimum of timing.md; the whole grid is `make bench`."""
+"""Handshakes need no scan more than the minimum of timing.md; `make bench` tries the whole grid."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _GRID = grid((1, 7, 20), (1, 13, 100), (0, 7))
 
 
 def _printed() -> list[list[int]]:
-    """Return the worked examples of the page: all whole numbers of each line."""
+    """Return all whole numbers in each line of the page's worked examples."""
     lines = re.findall(r"^\| \d+ ms .*$", _PAGE.read_text(encoding="utf-8"), re.MULTILINE)
     return [[int(number) for number in re.findall(r"\d+", line)] for line in lines]
 
 
 @pytest.mark.parametrize("line", _printed(), ids=lambda line: f"{line[0]} ms, RPI {line[1]} ms")
 def test_formula_and_blocks_take_what_the_page_prints(line: list[int]) -> None:
-    """Each number of a line of the table is one of the five scans, or a difference of two.
+    """Each number in a line of the table is one of the five scans, or a difference of two.
 
     Source: docs/explanation/timing.md, worked examples; guide chapters 1 and 2.
     """
@@ -53,7 +53,7 @@ def test_a_command_and_its_successor_take_the_fewest_scans_possible(case: Case) 
 
 @pytest.mark.parametrize("case", grid((3, 20), (7, 50), (0,)), ids=str)
 def test_sequences_wait_for_the_controller_and_the_interval_only(case: Case) -> None:
-    """The sequence is alarm reset, servo ON, program reset and start, each after the one before.
+    """The sequence has alarm reset, servo ON, program reset and start, one after the other.
 
     Source: docs/explanation/timing.md; manual chapter 5, 3.
     """
@@ -62,7 +62,7 @@ def test_sequences_wait_for_the_controller_and_the_interval_only(case: Case) -> 
 
 
 def test_a_packet_that_leaves_with_the_scan_is_too_early_for_its_outputs() -> None:
-    """All clocks at 10 ms: written at 10, sent at 20, seen by the cycle after its arrival, 25.
+    """With all clocks at 10 ms, outputs written at 10 are sent at 20 and seen in the cycle at 25.
 
     Source: docs/explanation/timing.md, three clocks.
     """
@@ -73,7 +73,9 @@ def test_a_packet_that_leaves_with_the_scan_is_too_early_for_its_outputs() -> No
 
 
 def test_phases_move_each_clock() -> None:
-    """Packets at 1, 11, ...: the cycle (2, 7, 12) sees at 12 what was written at 3 (3, 13, ...).
+    """Packets leave at 1, 11, ... and cycles run at 2, 7, 12.
+
+    Outputs written at 3 are seen at 12.
 
     Source: docs/explanation/timing.md, three clocks.
     """
@@ -101,7 +103,11 @@ def test_the_bounds_of_the_page_hold() -> None:
 
 
 def test_an_input_goes_off_when_interval_and_answer_allow_it() -> None:
-    """120 ms apart; answered at 40: OFF at 120, the next ON at 240. Answered late: OFF at once.
+    """Changes are 120 ms apart.
+
+    With an answer at 40 the input is OFF at 120 and ON again at 240.
+
+    With a late answer it is OFF at once.
 
     Source: docs/explanation/timing.md, dedicated inputs; manual chapter 5, 3.
     """
@@ -114,7 +120,7 @@ def test_an_input_goes_off_when_interval_and_answer_allow_it() -> None:
 def test_a_library_that_needs_a_scan_more_is_found(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A handshake is delayed by one scan between two commands.
+    """The library under test delays a handshake by a scan between two commands.
 
     Source: docs/explanation/timing.md: extra scans 0, and the bench would see one.
     """

@@ -22,14 +22,18 @@ def test_without_a_compiler_its_figures_are_said_to_be_missing(
     }
 
 
+@pytest.mark.exhaustive
 def test_each_program_runs_and_its_handshakes_too() -> None:
-    """The built-in engine runs them; programs that work there also work on the compilers."""
+    """The programs run on the built-in engine.
+
+    Programs that work there also work on the compilers.
+    """
     assert scan.paid("builtin", rounds=1, scans=200).area > 0
 
 
 @pytest.mark.exhaustive
 def test_a_handshake_that_does_not_run_gives_no_figure(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its commands are counted: ten robots, 200 scans, at most eight for each command."""
+    """Too few commands are an error: ten robots, 200 scans, at most eight scans for each."""
     stands = scan.RUNNING.replace("NOT Move{k}.Done", "FALSE")
     monkeypatch.setattr(scan, "RUNNING", stands)
     with pytest.raises(InputError, match="builtin: 0 commands in 200 scans are too few"):

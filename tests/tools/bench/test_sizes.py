@@ -1,4 +1,4 @@
-"""The sizes in the report of `make bench`: bytes per instance."""
+"""The report of `make bench` has sizes in bytes per instance."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from structured_text.engines.native.toolchain import find_c_compiler, find_cxx_c
 from structured_text.engines.strucpp.build import MISSING_STRUCPP, find_strucpp
 
 _PAGE = Path(__file__).resolve().parents[3] / "docs/explanation/timing.md"
-#: Folders of the library whose blocks are built of others.
+#: Folders of the library with blocks that contain other blocks.
 _BUILT = ("motion", "operator", "points", "position")
 
 
@@ -42,7 +42,7 @@ def test_without_matiec_the_figures_are_said_to_be_missing(monkeypatch: pytest.M
 
 @pytest.fixture(scope="module")
 def measured() -> list[sizes.Size]:
-    """Return the sizes, measured once for the file."""
+    """Return the sizes, which are measured once for this file."""
     matiec, compiler = find_matiec(), find_c_compiler()
     if matiec is None or compiler is None:
         pytest.skip(MISSING)
@@ -50,7 +50,7 @@ def measured() -> list[sizes.Size]:
 
 
 def test_rcx_ref_and_the_command_blocks_keep_to_their_sizes(measured: list[sizes.Size]) -> None:
-    """A single text takes 128 bytes; therefore no block has more than one."""
+    """A single text takes 128 bytes, so no block has more than one."""
     limits = {size.name: size.limit for size in measured if size.limit}
     assert (limits["RCX_REF"], limits["FB_ReadProgramInfo"]) == (160, 500)
     assert [size.name for size in measured if size.limit and size.bytes > size.limit] == []
@@ -75,7 +75,7 @@ def test_the_page_prints_what_was_measured(measured: list[sizes.Size]) -> None:
 
 @pytest.mark.skipif(find_strucpp() is None, reason=MISSING_STRUCPP)
 def test_strucpp_tells_the_size_of_every_block_and_keeps_more_of_each_value() -> None:
-    """For each value it stores a forced flag and a forced value: a BOOL takes three bytes."""
+    """For each value it stores a forced flag and a forced value, so a BOOL takes three bytes."""
     strucpp, compiler = find_strucpp(), find_cxx_compiler()
     assert strucpp is not None
     assert compiler is not None

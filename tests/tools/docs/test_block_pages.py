@@ -1,4 +1,4 @@
-"""The pages of the blocks are current, their examples end as stated, and their values are right."""
+"""The pages of the blocks are current, and their examples end as stated, with the right values."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def _errors(name: str) -> list[str]:
 @pytest.mark.exhaustive(but=["FB_ReadArea", "FB_ServoOn", "FB_MovePtp"])
 @pytest.mark.parametrize("name", _BLOCKS)
 def test_the_files_of_a_block_are_current_and_its_example_ends_as_they_say(name: str) -> None:
-    """The run is made again; an example that fails, or breaks a rule, ends in an error."""
+    """The example is run again. An example that fails, or breaks a rule, ends in an error."""
     for path, render in docs_blocks.files_of(name).items():
         assert (ROOT / path).read_bytes() == render().encode(), f"{path}: run `make docs`"
     page = _page(name)
@@ -204,9 +204,9 @@ def _rows_of_run(name: str) -> list[tuple[str, str]]:
 
 
 def test_the_chart_shows_the_handshake_of_the_example() -> None:
-    """Data come first, the code one scan later; status 0x0100, 0x0200.
+    """Data come first, and the code one scan later. Then the status is 0x0100 and 0x0200.
 
-    Then all words return to 0.
+    At the end all words return to 0.
 
     Source: remote command guide, chapters 1 and 2; 4.3.1, point data reference
     """
@@ -253,7 +253,7 @@ def test_an_example_with_an_input_that_is_not_there_is_told() -> None:
 def test_an_example_of_a_block_that_is_not_there_is_told(tmp_path: Path) -> None:
     file = tmp_path / "snippets.toml"
     file.write_text('[before]\n[[block]]\nname = "FB_Nothing"\n', encoding="utf-8")
-    with pytest.raises(InputError, match="no block is called 'FB_Nothing'"):
+    with pytest.raises(InputError, match="there is no block 'FB_Nothing'"):
         examples.snippets(file)
 
 

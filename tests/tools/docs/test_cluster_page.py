@@ -1,4 +1,4 @@
-"""docs/how-to/cluster.md: the options of dask are in its help."""
+"""docs/how-to/cluster.md uses options of dask that its help contains."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""docs/reference/commands.md says of a field what `rcx decode` says of its value."""
+"""docs/reference/commands.md describes a field in the same words as `rcx decode`."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""docs/reference/files.md has every key that the code takes, and its example files run.
+"""docs/reference/files.md has every key that the code accepts, and its example files run.
 
-Source of the expected values: the data classes and tables that the harness reads the files with.
+The expected keys come from the data classes and tables that the harness uses to read the files.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _PLAIN = re.compile(r"`([^`]+)`")
 
 
 def _table(head: str) -> dict[str, tuple[str, ...]]:
-    """Return a table's rows; `head` is its first heading. A row maps its names to the other cells.
+    """Return a table's rows by the names in their first cells; `head` is the table's first heading.
 
     A row that has several names in its first cell counts for each of them.
     """
@@ -64,9 +64,9 @@ def test_every_key_of_a_robot_file_is_there_or_a_setting_of_the_page_on_fidelity
 @pytest.mark.parametrize(("table", "kind"), [("axes", Axis), ("programs", RobotProgram)])
 def test_every_key_of_a_table_is_there_with_its_default(table: str, kind: type) -> None:
     shown = _table(f"Key of `[[{table}]]`")
-    internal = {"path", "offset"}  # where a program was read: no keys of a robot file
+    internal = {"path", "offset"}  # the place where a program was read: not keys of a robot file
     assert set(shown) == {entry.name for entry in fields(kind)} - internal
-    words = {"None": "nothing there", "()": "none", "True": "true", "": "none"}
+    words = {"None": "no workpiece", "()": "none", "True": "true", "": "none"}
     for name, (_, default) in shown.items():
         given = str(getattr(kind(), name)).removesuffix(".0")
         assert default == words.get(given, given), name
@@ -118,7 +118,7 @@ def test_the_steps_of_the_page_are_understood() -> None:
 
 
 def test_the_example_files_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The program is that of `rcx new`: its movement ends abnormally, and no rule is broken."""
+    """The program is that of `rcx new`. Its movement ends abnormally, and no rule is broken."""
     folder = tmp_path / "cell"
     assert main(["new", str(folder)]) == 0
     for section in ("Stimulus file", "Robot file"):

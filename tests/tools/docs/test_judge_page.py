@@ -1,4 +1,4 @@
-"""judge.md names the rules that are judged."""
+"""judge.md names all rules that are judged."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Check that the adapter agrees with docs/how-to/network.md."""
+"""The adapter agrees with docs/how-to/network.md."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def page(repository: Path) -> str:
 
 
 def row(page: str, head: str) -> list[str]:
-    """Return the cells of a table's row without the first one."""
+    """Return the cells of a table's row except the first one."""
     (found,) = re.findall(rf"^\| {re.escape(head)} \|(.*)\|$", page, re.MULTILINE)
     return [cell.strip() for cell in found.split("|")]
 

@@ -1,4 +1,4 @@
-"""The pages of commands list their options: every option has its row, and no other."""
+"""The pages of commands have a row for each option and no other rows."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""The processes of docs/explanation/charts as the trace shows them, without the charts' code.
+"""The processes of docs/explanation/charts agree with the trace, without the charts' code.
 
-The orders below were written from the manual's lists of steps. A step is a set of changes that
-may come in any order; each step comes after the one before.
+The orders below are from the manual's lists of steps. A step is a set of changes that may come in
+any order, and each step comes after the previous one.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from rcx_harness.robot import RobotConfig
 from rcx_harness.trace import Cycle, Scan
 from rcx_tools.docs.processes import Process, processes
 
-#: As the PLC writes (SI, n) and reads (SO, m) them; "rcx" is the controller's side.
+#: SI(n) as the PLC writes it, SO(m) as it reads it. "rcx" is the controller's side.
 ORDERS: dict[str, list[set[str]]] = {
     # Chapter 5, 3.1, initial servo ON process after power ON
     "servo_on": [{"SI01 ON"}, {"SO02 ON"}, {"SI01 OFF"}],
@@ -34,7 +34,7 @@ ORDERS: dict[str, list[set[str]]] = {
         {"SO02 ON"},
         {"SI01 OFF"},
     ],
-    # Chapter 5, 3.2, AUTO mode changeover process (its inputs are on no network)
+    # Chapter 5, 3.2, AUTO mode changeover process (its inputs are not on a network)
     "auto_mode": [{"SO10 ON"}],
     # Chapter 5, 3.2, program reset process
     "program_reset": [{"SI15 ON"}, {"SO14 ON"}, {"SI15 OFF"}],
@@ -95,14 +95,14 @@ _each = pytest.mark.parametrize("name", ORDERS)
 
 @dataclass
 class Run:
-    """The records of a process from the beginning of its chart to its end."""
+    """The records of a process from the beginning to the end of its chart."""
 
     process: Process
     scans: list[Scan]
     cycles: list[Cycle]
 
     def changes(self) -> list[tuple[int, str]]:
-        """Return every change of a bit or word of ORDERS, in order of time."""
+        """Return every change of a bit or word of ORDERS, in the order of time."""
         found: list[tuple[int, str]] = []
         for before, after in pairwise(self.scans):
             bits = [*_bits("SI", before.si, after.si), *_bits("SO", before.so, after.so)]
@@ -154,7 +154,7 @@ def test_every_process_has_an_order_here_and_every_order_a_process() -> None:
 
 @_each
 def test_the_steps_come_in_the_manuals_order(name: str) -> None:
-    """Each step begins after the one before is complete, and no other change of its kind occurs.
+    """Each step begins after the previous one is complete, and no other change of its kind occurs.
 
     Source: manual chapter 1, 5; chapter 5, 3.1 to 3.3; guide chapters 1.2 and 2.
     """
@@ -192,7 +192,7 @@ def test_the_controller_sees_at_least_100_ms_between_two_dedicated_inputs(name: 
         last = after.t_us
 
 
-#: A controller that answers after the interval has passed: only waiting gives the right order.
+#: A controller that answers after the interval has passed, so that only waiting keeps the order.
 SLOW = RobotConfig(
     servo_on_delay=250, alarm_reset_delay=250, program_reset_delay=250, program_start_delay=250
 )
@@ -213,7 +213,7 @@ SLOW = RobotConfig(
 def test_an_answer_is_awaited_however_late_before_the_input_is_taken_back(
     name: str, request_: str, answer: str, end: str
 ) -> None:
-    """Servo ON, alarm reset, program reset and start: OFF only after the output confirms.
+    """Servo ON, alarm reset, program reset and start turn OFF only after their output confirms.
 
     Source: manual chapter 5, 3.1 to 3.3, the steps that follow a confirmation.
     """
@@ -222,7 +222,7 @@ def test_an_answer_is_awaited_however_late_before_the_input_is_taken_back(
 
 
 def test_without_a_connection_nothing_goes_on_again_by_itself() -> None:
-    """After the recovery only SI(00) and SI(06) come back; servo and alarm stay as they are.
+    """After the recovery only SI(00) and SI(06) turn ON. Servo and alarm do not change.
 
     Source: manual chapter 1, 5, 2.
     """

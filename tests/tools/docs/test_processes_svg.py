@@ -1,4 +1,4 @@
-"""The pictures: the same on every engine, readable, and never of something that did not happen."""
+"""The pictures are equal on every engine, readable, and show only what happened."""
 
 from __future__ import annotations
 
@@ -85,10 +85,10 @@ def test_every_file_of_the_folder_belongs_to_a_process() -> None:
 
 
 def test_times_are_those_of_the_run() -> None:
-    """Counted by hand: answer 50 ms after the edge, two packets and two scans on the way.
+    """By hand, the answer comes 50 ms after the edge, with two packets and two scans on the way.
 
-    SI(01) is written at 700 ms, sent at 710 ms, taken by the cycle at 715 ms; SO(02) is set at
-    765 ms, sent and read at 770 ms. SI(01) goes back 100 ms + 20 ms after its own change.
+    SI(01) is written at 700 ms, sent at 710 ms, and taken by the cycle at 715 ms. SO(02) is set at
+    765 ms, and sent and read at 770 ms. SI(01) turns OFF 100 ms + 20 ms after its own change.
     """
     chart = process_chart("servo_on")
     assert [step.t_us for step in chart.steps] == [700_000, 770_000, 820_000]

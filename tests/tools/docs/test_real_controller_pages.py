@@ -1,4 +1,4 @@
-"""Pages for users of a real controller: safety first, short; probes.md is complete."""
+"""Pages for users of a real controller begin with safety and are short; probes.md is complete."""
 
 from __future__ import annotations
 

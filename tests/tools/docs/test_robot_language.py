@@ -1,4 +1,4 @@
-"""The pages about robot programs: their programs are read without an error."""
+"""The robot programs in the pages are read without an error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""robots.md: cycle times beside the catalogue's, the fit, and the robot file that it shows."""
+"""robots.md compares cycle times with the catalogue, shows the fit, and has a valid robot file."""
 
 from __future__ import annotations
 
@@ -27,7 +27,9 @@ def test_the_law_is_the_one_that_is_fitted_to_the_three_models() -> None:
 
 @pytest.mark.parametrize("name", HELD_OUT)
 def test_a_model_that_was_held_out_has_its_cycle_within_10_percent(name: str) -> None:
-    """This holds for the planned and the virtual controller's time; three others are as close.
+    """Planned and virtual cycle times of the model are within 10 % of the catalogue.
+
+    Three other models are as close.
 
     Source: the maker's data sheets
     """

@@ -1,6 +1,6 @@
 """trace.md has every field that a run writes, and its example lines are lines of runs.
 
-Source of the expected values: what five runs write.
+The expected values come from five runs.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _ROOT = Path(__file__).resolve().parents[3]
 _PAGE = (_ROOT / "docs/reference/trace.md").read_text(encoding="utf-8")
 _NAME = re.compile(r"`([^`]+)`")
 
-#: Both inputs in one scan: a broken rule, for the PLC's monitor and for the controller.
+#: A program that changes both inputs in one scan, which breaks a rule for both monitors.
 _STIMULUS = "[[at]]\ntime = '500ms'\nset = { 'Main.Bits0' = 0x41 }\n"
 _LEFT_HANDED = """\
 robot = "YK400XEC"
@@ -90,7 +90,7 @@ def lines(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
 
 
 def _rows(head: str) -> list[list[str]]:
-    """Return the rows of the table whose first heading is `head`."""
+    """Return the rows of the table with the first heading `head`."""
     part = re.split(rf"^\| {re.escape(head)} \|.*\n\|[-|]+\n", _PAGE, flags=re.MULTILINE)[1]
     table = part.partition("\n\n")[0].splitlines()
     return [[cell.strip() for cell in line.strip("|").split(" | ")] for line in table]
@@ -137,7 +137,7 @@ def test_the_example_lines_are_lines_of_runs(lines: list[str]) -> None:
 
 
 def _types(entry: Any) -> Iterator[Any]:
-    """Return a type of a header and the types of which it consists."""
+    """Return a type of a header and the types that it contains."""
     yield entry
     if isinstance(entry, dict):
         for inner in (*entry.get("members", {}).values(), entry.get("of")):

@@ -1,4 +1,4 @@
-"""The tutorial: its programs run as its pages say. Outputs are compared with the other pages."""
+"""The programs of the tutorial run as its pages say; outputs are compared as in other pages."""
 
 from __future__ import annotations
 

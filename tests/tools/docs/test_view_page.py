@@ -1,4 +1,4 @@
-"""docs/how-to/view.md: its keys are those of the page."""
+"""docs/how-to/view.md has the same keys as the page of `rcx view`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def page(repository: Path) -> str:
 
 
 def test_every_key_of_the_page_is_told_and_no_other(page: str) -> None:
-    """The keys are those of the chart; Enter belongs to the rows and to the search."""
+    """The keys are those of the chart. Enter belongs to the rows and to the search."""
     folder = files("rcx_harness.trace.view").joinpath("page")
     script = folder.joinpath("page.js").read_text(encoding="utf-8")
     acts = script.partition("const acts = {")[2].partition("};")[0]

@@ -1,4 +1,4 @@
-"""docs/how-to/view.png is of the page that the sources make now."""
+"""docs/how-to/view.png shows the page that the sources make now."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from rcx_tools.docs.view_picture import PICTURE, digest, digest_in, page
 
 
 def test_the_picture_is_of_the_page_as_it_is_now() -> None:
-    """Else: `python -m rcx_tools.docs.view_picture`, where chromium is installed."""
+    """If it does not, run `python -m rcx_tools.docs.view_picture` where chromium is installed."""
     html = page()
     assert digest_in(PICTURE.read_bytes()) == digest(html)
     assert digest(html.replace("Theme", "theme", 1)) != digest(html)

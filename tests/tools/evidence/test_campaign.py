@@ -1,4 +1,4 @@
-"""The fault campaign: a few short runs of it, and the proof that it finds what is wrong."""
+"""The fault campaign: a few short runs, and tests that it detects faults."""
 
 from __future__ import annotations
 
@@ -21,8 +21,10 @@ from rcx_tools.evidence.campaign.schedule import draw_run
 from rcx_tools.evidence.campaign.seeded import SEEDED, find
 from rcx_tools.evidence.campaign.station import Execution, Station
 
+pytestmark = pytest.mark.exhaustive
+
 SEEDS = range(3)
-#: Broken blocks that a campaign finds at once; `make campaign` tries all of them.
+#: Broken blocks that a campaign detects at once. `make campaign` tries all of them.
 QUICK = (
     "a command is sent again after its end",
     "Done without the end status",
@@ -103,7 +105,7 @@ def test_a_plc_that_lost_its_power_starts_anew(compiled: Compiled) -> None:
     station.close()
 
 
-# --- the judge --------------------------------------------------------------------------------
+# --- the checks ------------------------------------------------------------------------------
 
 
 def _judged(compiled: Compiled, request: Request | None, executions: list[Execution]) -> list[str]:
@@ -187,5 +189,5 @@ def test_a_failing_run_is_made_short() -> None:
         )
         assert failure.kind == "jog goes on"
         assert [[act.values for act in storm.acts] for storm in short] == [[enable]], (
-            "the end of a storm ends the jog, too"
+            "the end of a storm also ends the jog"
         )

@@ -1,4 +1,4 @@
-"""`make contract`: the counts, and a failure in the report."""
+"""`make contract` reports its counts and its failures."""
 
 from __future__ import annotations
 

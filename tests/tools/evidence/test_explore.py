@@ -1,4 +1,4 @@
-"""The exploration: small bounds, bugs that it must find, and what its states leave out."""
+"""The exploration has small bounds here, detects bugs, and omits some data from its states."""
 
 from __future__ import annotations
 
@@ -23,7 +23,9 @@ from rcx_tools.evidence.explore.replay import replay
 from rcx_tools.evidence.explore.search import LIBRARY, Explorer
 from rcx_tools.evidence.explore.seeded import SEEDED, Seeded
 
-#: States that are explored of each model; `make explore` explores all of them.
+pytestmark = pytest.mark.exhaustive
+
+#: Number of states that are explored of each model. `make explore` explores all of them.
 BOUND = 20
 
 
@@ -32,7 +34,7 @@ def model_named(name: str) -> Model:
 
 
 class _Here:
-    """A farm without other processes."""
+    """A farm that works in this process."""
 
     def __init__(self, jobs: int) -> None:
         assert jobs > 0
@@ -143,7 +145,7 @@ def test_a_state_that_leaves_out_what_counts_is_noticed(
 
 @pytest.mark.parametrize("name", ["inputs", "jobs"])
 def test_a_scan_call_by_call_leads_where_the_scan_of_the_whole_program_leads(name: str) -> None:
-    """`inputs` has pins, a level block and late scans; `jobs` has variables of the program.
+    """`inputs` has pins, a level block and late scans. `jobs` has variables of the program.
 
     Source: the whole program, which `check` runs.
     """
@@ -216,9 +218,9 @@ def test_a_variable_that_is_not_fixed_is_noticed(monkeypatch: pytest.MonkeyPatch
 
 
 def test_only_fb_scan_time_reads_the_elapsed_time_of_a_timer() -> None:
-    """The states know of a TON only how many ticks ago it was started, and whether it is over.
+    """Of a TON, the states contain only the ticks since its start, and whether it is over.
 
-    FB_ToolPosition, which reads the age of its data, is in no model.
+    FB_ToolPosition, which reads the age of its data, is not in a model.
     """
     readers = {file.stem for file in LIBRARY if ".ET" in file.read_text(encoding="utf-8")}
     assert readers == {"FB_RcxScanTime", "FB_ToolPosition"}

@@ -1,4 +1,4 @@
-"""The matrix of seeded bugs and methods: complete, and each bug is found by some method."""
+"""The matrix of seeded bugs and methods is complete, and each bug is detected by some method."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_each_seeded_bug_is_found_by_the_method_of_its_table() -> None:
 
 
 def test_each_method_finds_a_bug_before_all_others() -> None:
-    """A method that finds nothing that another does not find sooner is not worth its code."""
+    """Each method is the first to detect some bug; otherwise it would not be worth its code."""
     first = set()
     for row in _ROWS.values():
         found = {method: seconds for method, seconds in row.items() if seconds >= 0}

@@ -1,4 +1,4 @@
-"""Mutants outside the library: mutants of Python and of tables, and the tests that find them."""
+"""Mutants outside the library: mutants of Python and of tables, and the tests that kill them."""
 
 from __future__ import annotations
 
@@ -175,7 +175,10 @@ def test_tests_are_about_an_entry_and_about_what_names_it(tmp_path: Path) -> Non
 
 
 def test_of_the_tests_that_run_a_function_those_with_words_of_the_line_judge_it_too() -> None:
-    """Tests with more words of the line come first: at most eight, each with at least one word."""
+    """Tests with more words of the line come first.
+
+    At most eight tests are chosen, each with a word.
+    """
     many = [f"tests/a.py::test_time_{k}" for k in range(20)]
     nodes = ["tests/operating.py::test_it", *many, "tests/a.py::test_operating_time", "b::test_no"]
     found = alike("Accumulated.observe self.operating_us += time", nodes)
@@ -230,7 +233,7 @@ def other() -> int:
     found = [concerned("robot/a.py", line, texts) for line in (1, 2, 6)]
     take = "ROBOT/A.PY:POINTS.TAKE"
     assert found == [{take}, {"ROBOT/A.PY:OTHER"}, {take, "ROBOT/B.PY:SHOW"}]
-    assert concerned("robot/b.py", 1, texts) == {"ROBOT/B.PY"}, "nobody uses it"
+    assert concerned("robot/b.py", 1, texts) == {"ROBOT/B.PY"}, "the name is not used"
     assert concerned("robot/a.py:other", 13, texts) == {"ROBOT/A.PY:OTHER"}
 
 
@@ -248,7 +251,7 @@ def test_a_sample_is_the_same_for_the_same_seed_and_has_nothing_twice(tmp_path: 
     assert drawn(4, 1) == drawn(4, 1) != drawn(4, 2)
     every = drawn(1, 1)
     found = python_changes(text, "harness/robot.py")
-    assert len(every) < len(found)  # either of two equal parts left out: one
+    assert len(every) < len(found)  # two equal parts, of which one is left out: one mutant
     assert len(found) / 8 < len(drawn(4, 1)) < len(found) / 2
     assert set(drawn(8, 1)) < set(drawn(4, 1)) < set(every)
     assert len(drawn(10**9, 1)) == 1
@@ -281,7 +284,7 @@ def filled(to: int) -> int:
         level += 1
     return level
 '''
-#: Finds all but mistakes about the limit of 10.
+#: A test that detects all mutants except those of the limit of 10.
 _TEST = """from pathlib import Path
 
 import pytest
@@ -392,7 +395,7 @@ def test_a_run_finds_survivors_endless_loops_and_seeded_bugs_and_leaves_the_tree
     seeded = [one for one in outcomes if one["operator"] == "seeded"]
     assert [one["killed"] for one in seeded].count(False) == 1
     slow = next(one for one in seeded if "T#61s" in str(one["after"]))
-    assert slow["by"] == f"{latch}the_generated_block"  # that of the generated text
+    assert slow["by"] == f"{latch}the_generated_block"  # from the generated text
     assert code == 1
     assert "seeded: 2 of 3 mutants killed" in told
     assert _content(house) == before
@@ -493,7 +496,7 @@ def test_the_page_tells_the_figures_of_each_kind() -> None:
 # --- the seeded bugs in seeded.toml ---
 
 _BUGS = bugs(Path(__file__).with_name("seeded.toml"))
-#: Mutants whose test file is quick, with that file.
+#: Mutants with a fast test file, and that file.
 _QUICK_MUTANTS = {
     "MOD takes the sign of the divisor": "tests/structured_text/engines/builtin/test_arithmetic.py",
     "exactly 100 ms count as too short": "tests/watch/test_wire.py",
@@ -516,7 +519,7 @@ def test_there_are_at_least_30_seeded_bugs_and_some_of_every_kind() -> None:
 
 @pytest.mark.parametrize("bug", _BUGS, ids=lambda bug: bug.name)
 def test_the_tests_of_a_seeded_bug_lie_in_the_folders_of_what_it_changes(bug: Bug) -> None:
-    """Otherwise a row could name tests that were moved with the code."""
+    """The tests of each row are in the folders of the code that it changes."""
     part = file_key(bug.file).partition("/")[0]
     others = {
         "spec": ("tests/spec", "tests/command"),
@@ -530,7 +533,7 @@ def test_the_tests_of_a_seeded_bug_lie_in_the_folders_of_what_it_changes(bug: Bu
 
 @pytest.mark.exhaustive
 def test_some_seeded_bugs_are_found(repository: Path) -> None:
-    """All are put in by `make mutants`."""
+    """`make mutants` tries all of them."""
     tasks = [
         MutantTask(bug.mutant(repository), (_QUICK_MUTANTS[bug.name],), 60.0, bug.name)
         for bug in _BUGS

@@ -1,4 +1,4 @@
-"""The score of the quick tier of the tests, beside that of all tests."""
+"""The score of the quick tier of the tests is compared with that of all tests."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def _judged(*by: str) -> list[Judged]:
 
 
 def test_what_only_exhaustive_tests_find_is_counted_by_function() -> None:
-    """Quick tests find three of five; a run that does not end counts as found."""
+    """Quick tests detect three of five. A run that does not end counts as detected."""
     found = quick_tier(
         _judged(*sorted(_LATE), "tests/a.py::test_quick", "a test does not end", "t::u", ""), _LATE
     )
@@ -46,7 +46,7 @@ def test_the_report_shows_both_scores() -> None:
 
 
 def test_exhaustive_tests_run_last(repository_states: TestStates) -> None:
-    """This includes an exhaustive test that is quick and has found many mutants."""
+    """Exhaustive tests run last, also fast ones that have detected many mutants."""
     late, quick = "tests/a.py::test_matrix[1]", "tests/b.py::test_quick"
     seconds = {late: 0.01, quick: 5.0}
     judges = Judges(repository_states, {}, seconds, exhaustive=_LATE)
@@ -56,12 +56,12 @@ def test_exhaustive_tests_run_last(repository_states: TestStates) -> None:
 
 @pytest.fixture
 def repository_states(tmp_path_factory: pytest.TempPathFactory) -> TestStates:
-    """Return the states of no tests."""
+    """Return no states of tests."""
     return TestStates(tmp_path_factory.getbasetemp())
 
 
 def test_a_sample_that_is_not_there_ends_the_collection(request: pytest.FixtureRequest) -> None:
-    """Otherwise a renamed parameter could leave the quick tier unnoticed."""
+    """A sample id that no longer exists is an error, because a test would leave the quick tier."""
     item = pytest.Function.from_parent(request.node.parent, name="test_x[a]", callobj=lambda: None)
     item.add_marker(pytest.mark.exhaustive(but=["a", "gone"]))
     with pytest.raises(pytest.UsageError, match=r"test_x\[gone\]"):

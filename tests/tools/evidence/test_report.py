@@ -1,4 +1,4 @@
-"""`make verification`: checks that run, results that are reused, and the page about them."""
+"""`make verification` runs checks, reuses results, and writes their page."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _MAKEFILE = (docs.ROOT / "Makefile").read_text(encoding="utf-8")
 
 @pytest.fixture
 def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return a small repository: a library, and one check that depends on a folder of tests."""
+    """Return a small repository with a library and a check that depends on a folder of tests."""
     for path in ("plc/lib/FB_A.st", "tests/a/test_a.py", "docs/explanation/keep.txt"):
         (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / path).write_text("one", encoding="utf-8")
@@ -44,7 +44,7 @@ _CHECK = Check("a", "All of A", "tested", "About A.", (("cases", lambda f: f["n"
 
 
 class _Tool:
-    """Plays the check: how often it ran, with what, and what it leaves."""
+    """A stand-in for the check that records its calls and writes its results."""
 
     def __init__(self, root: Path) -> None:
         self.file = root / "out/verification/a.json"
@@ -199,7 +199,7 @@ def test_each_check_has_its_target_and_every_source_is_there() -> None:
 
 
 def test_the_figures_that_are_kept_are_those_of_the_page() -> None:
-    """Every row has its value; the page itself is compared by tests/docs."""
+    """Every row has its value. tests/tools/docs compares the page itself."""
     kept = json.loads(page.KEPT.read_text(encoding="utf-8"))
     for check in CHECKS:
         if check.name in kept["checks"]:
@@ -222,7 +222,7 @@ def test_the_state_depends_on_names_and_contents(tmp_path: Path) -> None:
 
 
 def test_each_property_has_a_row_with_what_it_rests_on() -> None:
-    """A small out/prove.json gives a plain sentence, assumptions, goals and seconds."""
+    """From a small out/prove.json, a row has a plain sentence, assumptions, goals and seconds."""
     (prove,) = [check for check in CHECKS if check.name == "prove"]
     item: dict[str, Any] = {
         "name": "turn",
@@ -240,7 +240,8 @@ def test_each_property_has_a_row_with_what_it_rests_on() -> None:
     }
     rows = {name: tell(figures) for name, tell in prove.rows}
     assert rows["scans in which translation and engine agree"] == (
-        "110,400 of 156 blocks, at least 600 of each (what calls SIN, COS or ATAN is left out); "
+        "110,400 of 156 blocks, at least 600 of each "
+        "(blocks that call SIN, COS or ATAN are left out); "
         "not compared on matiec (none); differences 0"
     )
     (heads, lines), (_, taken) = (table(figures) for table in prove.tables)

@@ -1,4 +1,4 @@
-"""The values of inputs that a program leaves out, for the blocks written by hand."""
+"""Inputs that a program leaves out have the right values in the handwritten blocks."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from structured_text.projects.needed import needed
 from tiers import sampled
 
 _ANY = timedelta(seconds=5)
-#: Defaults that differ from the type's. Size is 256 if the words are beyond 48 bytes.
+#: Defaults that differ from the type's. Size is 256 for words beyond 48 bytes.
 _USUAL: dict[str, Value] = {
     "Axes": "ORIGIN_INCREMENTAL",
     "Axis": 1,
@@ -53,7 +53,7 @@ _SPECIAL: dict[tuple[str, str], Value] = {
     ("FB_Operator", "Timeout"): timedelta(seconds=10),
     ("FB_Interlock", "Timeout"): timedelta(seconds=60),
     ("FB_PowerUp", "Timeout"): timedelta(seconds=60),
-    ("FB_RcxProgramCall", "Timeout"): timedelta(0),  # its users give theirs
+    ("FB_RcxProgramCall", "Timeout"): timedelta(0),  # the blocks that use it pass their own value
     ("FB_ReturnToOrigin", "Timeout"): timedelta(seconds=60),
     ("FB_RealTimeValue", "Size"): 256,
     ("FB_RealTimeValueInWords", "Size"): 256,
@@ -100,7 +100,7 @@ def _blocks() -> dict[str, dict[str, str]]:
 
 
 _BLOCKS = _blocks()
-#: Parts of other blocks, which give them all of their inputs.
+#: Parts of other blocks, which pass all of their inputs.
 _PARTS = {
     *("FB_RcxAwaitInput", "FB_RcxCommandWhile", "FB_RcxDedicatedInputs", "FB_RcxGrip"),
     *("FB_RcxPickLook", "FB_RcxHandshake", "FB_RcxMakeHead", "FB_RcxPlaceMove", "FB_RcxPointRow"),

@@ -1,4 +1,4 @@
-"""The files of plc/lib: one POU each, found by its name, with its test and its manual section."""
+"""Each file of plc/lib has one POU of its name, with its test and its manual section."""
 
 from __future__ import annotations
 

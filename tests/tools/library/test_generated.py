@@ -1,4 +1,4 @@
-"""The generated command blocks: alike but for their pins and words, and named as their tables."""
+"""The generated command blocks differ only in pins and words, and have the names of the tables."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def _parts(name: str) -> tuple[str, str, str]:
 
 @pytest.mark.parametrize("name", BLOCKS)
 def test_every_block_calls_hands_over_and_ends_in_the_same_way(name: str) -> None:
-    """Faults are tried on two blocks only; this test is the reason why they represent all."""
+    """All generated blocks are built alike, so two of them stand for all in the fault tests."""
     call, _, end = _parts(name)
     expected_call, _, expected_end = _parts("FB_MovePtp")
     assert call in (expected_call, expected_call.replace("Trouble := Refused, ", ""))
@@ -46,7 +46,7 @@ def test_a_block_samples_its_inputs_only_before_it_works(name: str) -> None:
         assert not re.search(rf"\b{pin}\b", after), pin
 
 
-#: The guide's chapters on commands, 4.2 to 4.9: its categories 1 to 8.
+#: The chapters of the guide on commands, 4.2 to 4.9: its categories 1 to 8.
 _FOLDERS = {
     "4.2": "movement",
     "4.3": "definition",
@@ -86,15 +86,15 @@ def test_no_file_is_left_of_a_block_that_is_not_in_the_table() -> None:
     ("change", "message"),
     [
         ({"commands": ["MovePtpp"]}, "no remote command"),
-        ({"inputs": ["Pointt"]}, "no pin is called 'Pointt'"),
+        ({"inputs": ["Pointt"]}, "there is no pin 'Pointt'"),
         ({"inputs": []}, "no pin for"),
         ({"outputs": []}, "no pin for positions"),
-        ({"commands": ["MovePtp", "MoveArch"]}, "other fields"),
+        ({"commands": ["MovePtp", "MoveArch"]}, "differ"),
         ({"commands": ["MovePtp", "MovePtp"]}, "several commands need"),
         ({"only": {"speed_mode": [1, 9]}}, r"are not values of speed_mode, which has \[0, 1, 2"),
         ({"only": {"speed_mode": []}}, "are not values of speed_mode"),
         ({"only": {"speedy": [1]}}, r"are not values of speedy, which has \[\]"),
-        ({"echo": ["positions"]}, "no pin asks for positions"),
+        ({"echo": ["positions"]}, "no pin requests positions"),
         ({"inputs": [{"pin": "X", "type": "INT", "to": "nothing", "comment": ""}]}, "no field"),
     ],
 )

@@ -41,7 +41,7 @@ def _after(name: str, *rows: str) -> dict[str, list[str]]:
         (_after("FB_A", "VAR_IN_OUT Robot : RCX_REF", "VAR_INPUT New : INT",
                 *_BEFORE["FB_A"][1:]), ["FB_A: X: is not at its place any more"]),
         (_after("FB_A", *_BEFORE["FB_A"], "VAR_IN_OUT Area : RCX_E"),
-         ["FB_A: has a new VAR_IN_OUT, which every call has to give"]),
+         ["FB_A: has a new VAR_IN_OUT, which every call must pass"]),
         (_after("RCX_E", "member E_TWO", "member E_ONE"),
          ["RCX_E: E_ONE: is not at its place any more"]),
     ],

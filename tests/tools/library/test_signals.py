@@ -1,4 +1,4 @@
-"""The lines of plc/lib that are generated from spec/signals.toml, in blocks written by hand."""
+"""Handwritten blocks of plc/lib have lines that are generated from spec/signals.toml."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_lines_without_a_begin_or_an_end_are_an_error_that_says_what_to_put_ther
     file = _copy(tmp_path, monkeypatch, _FILES[0])
     text = file.read_text(encoding="utf-8").replace(taken, "(* Something")
     file.write_text(text, encoding="utf-8")
-    with pytest.raises(InputError, match="no begin or no end") as raised:
+    with pytest.raises(InputError, match="missing, repeated or in the wrong order") as raised:
         signal_files()[_FILES[0]]()
     assert "End of the generated lines" in str(raised.value.hint)
 

@@ -1,6 +1,6 @@
-"""The playground of out/site in a real browser.
+"""The playground of out/site works in a real browser.
 
-The first test runs where the site is built; `make site-test` runs the others.
+The first test runs if the site is built; `make site-test` runs the others.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _full = pytest.mark.external(reason="needs npm: make site-test")
 
 
 class _Server(ThreadingHTTPServer):
-    """Serves the site, and records the requests."""
+    """A server of the site that records the requests."""
 
     def __init__(self) -> None:
         self.asked: list[str] = []
@@ -47,7 +47,7 @@ class _Server(ThreadingHTTPServer):
 
 class _Handler(SimpleHTTPRequestHandler):
     def log_message(self, text: str, *values: Any) -> None:
-        """Keep the path instead of printing it."""
+        """Record the path instead of printing it."""
         assert isinstance(self.server, _Server)
         if hasattr(self, "path"):
             self.server.asked.append(self.path.partition("?")[0])
@@ -73,7 +73,7 @@ def browser() -> Iterator[WebDriver]:
 
 
 class _Playground:
-    """The page, as a user sees it."""
+    """The page as a user sees it."""
 
     def __init__(self, browser: WebDriver, address: str) -> None:
         self.browser = browser
@@ -94,7 +94,7 @@ class _Playground:
         return [str(one) for one in self.run("window.seenStates") or []]
 
     def finished(self) -> str:
-        """Return the result text of the run after it has ended."""
+        """Return the result text after the run has ended."""
         self.until(
             "document.getElementById('told')?.textContent && "
             "!document.getElementById('progress').classList.contains('on')"
@@ -117,7 +117,7 @@ class _Playground:
         return self.change(lambda: self.run(f"void (location.hash = {program!r})"))
 
     def write(self, text: str) -> None:
-        """Type another text into the file that is shown."""
+        """Enter another text into the file that is shown."""
         self.browser.execute_script(
             "const edit = document.getElementById('edit'); edit.value = arguments[0];"
             "edit.dispatchEvent(new Event('input'))",
@@ -162,7 +162,7 @@ def test_the_first_chart_comes_with_the_robot_from_this_site_alone_in_less_than_
         page.until("document.querySelectorAll('.row').length > 10")
         page.until("document.querySelector('svg.rv') !== null")
         robot = "document.querySelector('svg.rv').getBoundingClientRect().bottom"
-        assert page.run(robot) <= page.run("innerHeight"), "the robot is seen without scrolling"
+        assert page.run(robot) <= page.run("innerHeight"), "the robot is visible without scrolling"
     finally:
         browser.switch_to.default_content()
     sent = [one["message"] for one in log.get_log("performance")]
@@ -199,7 +199,7 @@ def test_the_progress_is_shown_while_python_loads(browser: WebDriver, server: _S
     assert len(shares) >= 3
     assert shares == sorted(shares)
     assert states.index("starting Python …") < states.index("running …")
-    assert page.run("document.getElementById('wait').hidden"), "the chart has come"
+    assert page.run("document.getElementById('wait').hidden"), "the chart is drawn"
 
 
 @_full
@@ -222,7 +222,7 @@ def test_an_error_stands_behind_its_line(page: _Playground) -> None:
     assert page.text("#numbers .bad").strip() == str(line + 1)
     box = "document.querySelector('{}').getBoundingClientRect().{}"
     top, low = (page.run(box.format("#text", side)) for side in ("top", "bottom"))
-    assert top < page.run(box.format("#mirror .note", "top")) < low, "it is in sight"
+    assert top < page.run(box.format("#mirror .note", "top")) < low, "the line is visible"
     page.write(text)
     assert page.change(lambda: page.click("#run")).endswith("no broken rules")
     assert page.run("document.getElementById('wrong').hidden")
@@ -399,7 +399,7 @@ def test_the_colours_follow_the_system_until_the_user_chooses(
 def test_the_playground_follows_the_switch_of_the_site(
     browser: WebDriver, server: _Server, page: _Playground
 ) -> None:
-    """The switch stores its choice; a page that is open already changes with it."""
+    """The switch stores its choice. A page that is already open changes with it."""
     ink = "getComputedStyle(document.documentElement).colorScheme"
     chart = "document.getElementById('chart').srcdoc.match(/data-theme=\"(\\w+)\"/)[1]"
     switch = "document.querySelector('[data-md-component=palette] label:not([hidden])').click()"
@@ -424,7 +424,7 @@ def test_the_playground_follows_the_switch_of_the_site(
 def test_a_safety_note_is_the_most_visible_text(
     browser: WebDriver, server: _Server, theme: str
 ) -> None:
-    """Larger than the text around it, in full contrast (7:1, WCAG 2 AAA)."""
+    """The note is larger than the text around it and has full contrast (7:1, WCAG 2 AAA)."""
     _wears(browser, theme)
     try:
         browser.get(f"{server.url}/docs/how-to/serve.html")

@@ -1,4 +1,4 @@
-"""The functions that the playground's worker calls, tested in this Python."""
+"""The functions that the playground's worker calls also work in this Python."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from example_runs import changes, recorded_trace
 from rcx_tools.docs.examples import examples
 from rcx_tools.site.drive import Runner
 from rcx_tools.site.programs import block_jobs, example_jobs
+
+pytestmark = pytest.mark.exhaustive
 
 Run = Callable[..., dict[str, Any]]
 
@@ -35,7 +37,7 @@ def run(runner: Runner) -> Run:
 
 
 def test_an_example_runs_to_its_recorded_trace(runner: Runner, run: Run) -> None:
-    """The example has two areas of 256 bytes at offsets; its job has all keys."""
+    """The example has two areas of 256 bytes at offsets, so its job has all keys."""
     shares: list[float] = []
     outcome = run(example_jobs()["02_extended_area"], shares.append)
     assert outcome["told"] == ("3000 ms: 300 scans of 10 ms, 2 remote commands, no broken rules")
@@ -48,7 +50,7 @@ def test_an_example_runs_to_its_recorded_trace(runner: Runner, run: Run) -> None
 
 
 def test_an_example_with_a_robot_program_runs(run: Run) -> None:
-    """Its robot file names CARRY.PGM, which is a file of the job."""
+    """An example runs with a robot file that names CARRY.PGM, a file of the job."""
     job = example_jobs()["16_robot_program"]
     assert "CARRY.PGM" in job["files"]
     assert run(job | {"for": 1_000_000})["told"].endswith("no broken rules")
@@ -59,7 +61,7 @@ def test_a_blocks_example_runs(run: Run) -> None:
 
 
 def test_one_command_is_said_as_one_command(run: Run) -> None:
-    """FB_ReadVersions executes one command; FB_ServoOn has none, only dedicated inputs."""
+    """FB_ReadVersions executes one command. FB_ServoOn uses dedicated inputs only."""
     assert ", 1 remote command, no broken rules" in run(block_jobs()["FB_ReadVersions"])["told"]
     assert ", no remote commands, no broken rules" in run(block_jobs()["FB_ServoOn"])["told"]
 

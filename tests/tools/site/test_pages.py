@@ -1,4 +1,4 @@
-"""The sources of the site, its lock file, and what its check finds."""
+"""The site has its sources and its lock file, and its check detects faults."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ from rcx_tools.site.bundle import bundle
 from rcx_tools.site.checked import problems
 from rcx_tools.site.pages import staged
 from rcx_tools.site.programs import FIRST, block_jobs
+
+pytestmark = pytest.mark.exhaustive
 
 _HERE = Path("harness/rcx_tools/site")
 
@@ -46,7 +48,9 @@ def test_links_between_pages_and_to_sources_lead_to_pages(pages: dict[str, str])
     assert "(../../../plc/lib/command/movement/FB_MovePtp.st)" not in block
     source = pages["plc/lib/command/movement/FB_MovePtp.st.md"]
     assert "FUNCTION_BLOCK FB_MovePtp" in source
-    assert "exclude: true" in source.partition("# FB_MovePtp.st")[0], "not in the search"
+    assert "exclude: true" in source.partition("# FB_MovePtp.st")[0], (
+        "the page is not in the search index"
+    )
     assert "(docs/reference/blocks.md)" in pages["index.md"]
     assert "[controller.py](controller.py.md)" in pages["harness/rcx_harness/robot/index.md"]
 

@@ -1,4 +1,4 @@
-"""The order of the search: the index is ranked, and internal items are marked."""
+"""The index of the search is ranked, and internal items are marked."""
 
 from __future__ import annotations
 

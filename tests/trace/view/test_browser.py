@@ -1,4 +1,4 @@
-"""The page in a real browser, from its file: what a user clicks, presses and reads."""
+"""The page in a real browser, opened from its file: a user clicks, presses keys and reads."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from rcx_harness.robot.shape import shapes
 from rcx_harness.trace import Cycle
 from rcx_harness.trace.view.page import View
 
-#: A browser takes seconds; the page of the panel is the sample of the quick tier.
+#: A browser takes seconds. The quick tier runs only the page of the panel.
 pytestmark = [NEEDS_BROWSER, pytest.mark.exhaustive]
 pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
 
@@ -31,7 +31,7 @@ _LIMIT_S = 60.0
 
 
 class Page:
-    """A page of `rcx view`, as its user sees it."""
+    """A page of `rcx view` as a user sees it."""
 
     def __init__(self, browser: WebDriver, file: Path) -> None:
         self.browser = browser
@@ -39,7 +39,7 @@ class Page:
         self.until(lambda: self.run("document.documentElement.dataset.ready"))
 
     def until(self, condition: Callable[[], object]) -> None:
-        """Wait until it is so."""
+        """Wait until the condition holds."""
         wait = WebDriverWait(self.browser, _LIMIT_S, poll_frequency=0.05)
         wait.until(lambda _: condition())
 
@@ -60,7 +60,7 @@ class Page:
         return str(self.run(f"document.querySelector('{selector}')?.textContent ?? ''")).strip()
 
     def row(self, name: str) -> str:
-        """Return the value next to the name of a signal; empty without a row."""
+        """Return the value next to the name of a signal, or an empty text without such a row."""
         rows = self.run(
             "[...document.querySelectorAll('.row:not(.group)')]"
             ".map((row) => [row.querySelector('.name').textContent,"
@@ -74,7 +74,7 @@ class Page:
         return float(words[2]), float(words[5])
 
     def painted(self) -> int:
-        """Return the number of colours in the chart: more than a few if something is drawn."""
+        """Return the number of colours in the chart, which is large if something is drawn."""
         script = """(() => {
           const plot = document.getElementById("plot");
           const data = plot.getContext("2d").getImageData(0, 0, plot.width, plot.height).data;
@@ -92,7 +92,10 @@ def browser() -> Iterator[WebDriver]:
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a trace of ten minutes. At 300 s SI(00) and SI(06) change in one scan, a violation."""
+    """Return a trace of ten minutes.
+
+    At 300 s SI(00) and SI(06) change in one scan, which is a violation.
+    """
     folder = tmp_path_factory.mktemp("view")
     program = Path(__file__).parents[2] / "cell/programs/RawArea.st"
     (folder / "lib").mkdir()
@@ -110,7 +113,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def moving(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a YK610XEC whose axis 1 turns by 90 degrees, and a one-axis robot without a model."""
+    """Return a YK610XEC with a turn of axis 1 by 90 degrees, and a robot without a model."""
     scara = RobotConfig(robot=("YK610XEC",)).axes
     config = RobotConfig(robot=("YK610XEC",), axes=(*scara, Axis(robot=2)))
     controller = Controller(config)
@@ -135,7 +138,10 @@ def page(browser: WebDriver, file: Path) -> Page:
 
 
 def test_a_click_leads_to_the_broken_rule_of_ten_minutes(page: Page) -> None:
-    """The rule's text and section appear; the cursor is there, with the signals next to it."""
+    """The rule's text and section appear.
+
+    The cursor is at this place, with the signals next to it.
+    """
     assert page.text("#rules") == "2 rules broken ▸"
     page.click("#rules")
     assert page.text("#a output") == "300.000 s"
@@ -165,7 +171,7 @@ def test_search_goes_to_the_next_edge_and_on_from_there(page: Page) -> None:
 
 
 def test_two_cursors_have_the_time_between_them(page: Page) -> None:
-    """A at SI(00), B at SI(01), by keys alone."""
+    """The keys alone set cursor A at SI(00) and cursor B at SI(01)."""
     page.press("/", "SI(00) on", Keys.ENTER, Keys.ESCAPE)
     page.press("b", "/", "\ue003" * 30, "SI(01) on", Keys.ENTER, Keys.ESCAPE)
     assert page.text("#between output") == "1 s"
@@ -213,7 +219,7 @@ def test_a_click_into_the_chart_puts_the_cursor_and_a_drag_moves_the_chart(page:
 
 
 def test_two_fingers_zoom_and_what_is_under_them_stays(page: Page) -> None:
-    """The distance grows from 100 px to 200 px: half of the time is shown."""
+    """The distance grows from 100 px to 200 px, so that half of the time is shown."""
     begin, end = page.shown()
     box = page.run("document.getElementById('plot').getBoundingClientRect().toJSON()")
     y, left = box["top"] + 40, box["left"]
@@ -233,7 +239,7 @@ def test_two_fingers_zoom_and_what_is_under_them_stays(page: Page) -> None:
     assert now[1] - now[0] == pytest.approx((end - begin) / 2, rel=0.02)
     at = 100 / box["width"]
     assert now[0] + at * (now[1] - now[0]) == pytest.approx(begin + at * (end - begin), abs=2)
-    assert not re.search(r"\d", page.text("#a output")), "no cursor was put"
+    assert not re.search(r"\d", page.text("#a output")), "no cursor was set"
 
 
 def test_resting_signals_are_shown_on_request(page: Page) -> None:
@@ -246,7 +252,7 @@ def test_resting_signals_are_shown_on_request(page: Page) -> None:
 
 
 def test_the_button_plays_the_run_and_pauses_it(browser: WebDriver, moving: Path) -> None:
-    """The cursor goes along, and the robot with it; the recording of 0.5 s ends."""
+    """The cursor and the robot move along until the recording of 0.5 s ends."""
     page = Page(browser, moving)
     assert page.text("#play") == "▶ Play"
     page.run("document.getElementById('pace').value = '0.1'")
@@ -320,7 +326,10 @@ def test_the_page_prints_on_a4_with_its_events(page: Page) -> None:
 
 
 def test_the_robots_stand_as_at_the_cursor(browser: WebDriver, moving: Path) -> None:
-    """Arms of 335 and 275 mm: stretched to the front at first, to the left after 90 degrees."""
+    """The arms have 335 and 275 mm.
+
+    They point to the front at first, and to the left after 90 degrees.
+    """
     page = Page(browser, moving)
 
     def told() -> list[str]:
@@ -336,7 +345,7 @@ def test_the_robots_stand_as_at_the_cursor(browser: WebDriver, moving: Path) -> 
     while page.text("#selected") != "Robot 1 axis 1 [pulses]":
         page.press(Keys.ARROW_DOWN)
     page.press(".", ".")
-    # At 10 ms: 1.8 degrees; 610 mm by their sine and cosine.
+    # At 10 ms the angle is 1.8 degrees, so X and Y are 610 mm times its sine and cosine.
     page.until(lambda: told()[0].startswith("Robot 1, YK610XEC: X -19.161, Y 609.699, Z 0, R 91.8"))
     assert told()[1] == "Robot 2: 1 2"
     assert page.text("#when") == "at 0.010 s"
@@ -369,7 +378,10 @@ def test_the_page_fits_narrow_and_wide_windows(browser: WebDriver, file: Path, w
 
 @pytest.fixture(scope="module")
 def programmed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A program of 60 lines that goes to its next line every 100 ms, and stops in line 50."""
+    """Return a trace of a program with a new line every 100 ms that stops in line 50.
+
+    The program has 60 lines.
+    """
     lines = [f"DELAY {k}  ' the {k}th" for k in range(1, 61)]
     spare = {"name": "SPARE", "lines": ["HALT"]}
     programs = [[{"name": "LONG", "file": "LONG.PGM", "lines": lines}, spare]]
@@ -397,9 +409,9 @@ _SEEN = """(() => {
 def test_the_line_of_a_task_is_marked_as_at_the_cursor(
     browser: WebDriver, programmed: Path
 ) -> None:
-    """Without a cursor as at the end, where the task is stopped.
+    """Without a cursor, the line at the end is marked, where the task is stopped.
 
-    Line 7 is executed from 600 ms on; a click on it goes there.
+    Line 7 is executed from 600 ms on. A click on it moves the cursor to that time.
     """
     page = Page(browser, programmed)
     page.until(lambda: page.run(_MARKED) == ["stopped 50DELAY 50  ' the 50th"])
@@ -425,7 +437,7 @@ def test_playing_moves_the_line(browser: WebDriver, programmed: Path) -> None:
 
 @pytest.mark.parametrize("width", [400, 1280])
 def test_listings_fit_the_window(browser: WebDriver, programmed: Path, width: int) -> None:
-    """Long lines are scrolled in their listing, and not with the page."""
+    """Long lines scroll in their listing and not with the page."""
     size = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": False}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
     try:

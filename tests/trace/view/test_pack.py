@@ -1,4 +1,4 @@
-"""Changes as bytes. Source of the expected bytes: the description at the head of pack.py."""
+"""Changes are packed as bytes. The expected bytes follow the head of pack.py."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Robot programs in a page. Expected values: what the records say, by hand."""
+"""A page shows robot programs. Expected values are those of the records, by hand."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def test_a_header_with_other_programs_is_refused(programs: Any) -> None:
 
 
 def test_tasks_of_an_unknown_program_have_no_statement() -> None:
-    """A header of another run is not a reason not to show the rest."""
+    """The rest is shown although the header is from another run."""
     page = _shown(_cycle(0, _task(9, program="OTHER"), _task(99, task=2)))
     assert page.changes("Task 1") == [(-1, "OTHER:9")]
     assert page.changes("Task 2") == [(-1, "PLACE:99")]

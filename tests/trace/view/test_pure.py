@@ -1,4 +1,4 @@
-"""The scripts of the page under node: reading, searching, cursors, which level is drawn."""
+"""The scripts of the page work under node: reading, searching, cursors, choice of the level."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_the_parts_without_a_browser_work(tmp_path: Path) -> None:
 
 
 def test_a_script_takes_only_from_those_before_it() -> None:
-    """Therefore the page can contain the scripts one after the other."""
+    """A script uses only earlier scripts, so the page can contain them in this order."""
     folder = files("rcx_harness.trace.view").joinpath("page")
     before: list[str] = []
     for name in SCRIPTS:

@@ -1,6 +1,6 @@
-"""The drawing of a robot counts as the virtual controller does: joints, tool, hands, shifts.
+"""The drawing of a robot calculates joints, tool, hands and shifts as the virtual controller does.
 
-Both are written from the manual, in two languages, and know nothing of each other.
+Both are written from the manual in two languages, independently of each other.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A page of a recording. Expected values are those of the records, by hand."""
+"""A page of a recording shows the values of the records, here expected by hand."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_a_signal_that_is_on_at_first_is_no_event() -> None:
 
 
 def test_telegrams_are_shown_in_plain_words() -> None:
-    """MOVE, PTP, point 19 at 50 %; alarm 12.600.
+    """The telegrams are MOVE, PTP, point 19 at 50 %, and alarm 12.600.
 
     Source: guide 4.2.1; manual chapter 4, 4.
     """
@@ -80,7 +80,7 @@ def test_telegrams_are_shown_in_plain_words() -> None:
 
 
 def test_the_end_of_a_command_stands_before_the_reset_of_the_same_scan() -> None:
-    """A scan reads the end status, then writes 0: cause and effect bear the same time.
+    """A scan reads the end status, then writes 0: cause and effect have the same time.
 
     The controller, in a cycle of its own, reads the command before it answers.
 
@@ -151,7 +151,7 @@ def test_a_number_that_changes_more_than_50_times_is_a_curve_and_no_event() -> N
 
 
 def test_ports_are_shown_where_they_change_and_by_their_octal_numbers() -> None:
-    """Byte n+34 is SI2(), n+40 SI10(); of the large area word 24 lies at byte 48.
+    """Byte n+34 is SI2(), and n+40 is SI10(). In the large area, word 24 is at byte 48.
 
     Source: manual chapter 1, 4.1.
     """
@@ -199,7 +199,10 @@ _AXIS: dict[str, Any] = {"robot": 2, "kind": "axes", "axes": _ARM["axes"][:1]}
 
 
 def test_each_robot_has_its_shape_its_lanes_and_its_poses() -> None:
-    """In the first controller robot 1 has two axes, robot 2 one; in the second nothing moves."""
+    """In the first controller robot 1 has two axes and robot 2 has one.
+
+    Nothing moves in the second.
+    """
     names = ["Robot 1 axis 1 [pulses]", "Robot 1 axis 2 [pulses]", "Robot 2 axis 1 [pulses]"]
     left: tuple[dict[str, Any], ...] = ({"left": True}, {})
     page = _shown(
@@ -278,7 +281,7 @@ def test_a_wrong_record_is_one_message(
 
 
 class _Links(HTMLParser):
-    """Collects everything that a page would fetch."""
+    """A parser that collects everything a page would fetch."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -296,7 +299,7 @@ def test_the_page_is_one_file_that_needs_no_other_and_is_the_same_each_time() ->
     links.feed(page)
     assert links.found == ["data:,"]
     named = re.findall(r"https?://[^\s\"']+", page)
-    assert named == ["http://www.w3.org/2000/svg"]  # a name space, never fetched
+    assert named == ["http://www.w3.org/2000/svg"]  # a name space, which is never fetched
     assert "default-src 'none'" in page
     assert not re.search(r"^(import|export) ", page, re.MULTILINE)
     assert page == _page(_scan(0), _scan(10_000))

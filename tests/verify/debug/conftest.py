@@ -15,16 +15,16 @@ LAMPS = Path(__file__).parent / "programs" / "Lamps.st"
 
 @pytest.fixture
 def lamps() -> Path:
-    """Return a program whose scans are known: in the nth, C.Value is n and Doubled is 2 n.
+    """Return a program with known scans: in the nth scan, C.Value is n and Doubled is 2 n.
 
-    Lamp is DIM from the third scan on, BRIGHT from the sixth.
+    Lamp is DIM from the third scan on, and BRIGHT from the sixth.
     """
     return LAMPS
 
 
 @pytest.fixture
 def editor() -> Iterator[Editor]:
-    """Return an editor that has not launched anything."""
+    """Return an editor that has not launched a program."""
     made = Editor()
     yield made
     made.close()
@@ -43,7 +43,7 @@ def at_entry(editor: Editor, lamps: Path) -> Callable[..., Editor]:
 
 @pytest.fixture
 def stopped(editor: Editor, lamps: Path) -> Callable[..., Editor]:
-    """Launch the lamps with these breakpoints, and run to the first."""
+    """Launch the lamps with these breakpoints, and run to the first stop."""
 
     def start(*breakpoints: Any, **launch: Any) -> Editor:
         editor.start({lamps: list(breakpoints)}, sources=[str(lamps)], **launch)

@@ -1,4 +1,7 @@
-"""Backwards: by statement, to breakpoints, to changes; what was set by hand comes again."""
+"""The debugger goes back by statement, to breakpoints and to changes.
+
+Values that were set by hand are set again.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,7 @@ def test_back_goes_through_the_lines_that_went_forward(at_entry: Start) -> None:
     for _ in range(7):
         editor.go("stepBack")
         lines.append(editor.line)
-    # Over the calls of lines 51 and 50; in the second scan Lamp is still DARK.
+    # The step goes back over the calls in lines 51 and 50. In the second scan Lamp is still DARK.
     assert lines == [58, 57, 52, 51, 50, 58, 57]
     assert editor.value("C.Value") == "1"
 
@@ -53,7 +56,7 @@ def test_back_to_the_breakpoint_before(stopped: Start) -> None:
     assert (editor.line, editor.value("C.Value")) == (53, "7")
     editor.go("reverseContinue")
     editor.go("reverseContinue")
-    assert editor.value("C.Value") == "0", "no other before: the start"
+    assert editor.value("C.Value") == "0", "there is no earlier change, so this is the start"
 
 
 def test_each_round_of_a_loop_is_a_hit(stopped: Start) -> None:
@@ -66,7 +69,7 @@ def test_each_round_of_a_loop_is_a_hit(stopped: Start) -> None:
 
 
 def test_back_to_the_statement_that_changed_a_variable(at_entry: Start) -> None:
-    """BRIGHT in the sixth scan by line 53, DIM in the third by line 55."""
+    """Lamp becomes BRIGHT in the sixth scan by line 53, and DIM in the third by line 55."""
     editor = at_entry()
     editor.go("rcx/stepScan", scans=200)
     frames = editor.request("stackTrace", threadId=1)["stackFrames"]
@@ -84,7 +87,7 @@ def test_back_to_the_statement_that_changed_a_variable(at_entry: Start) -> None:
 
 
 def test_a_change_from_outside_is_shown(editor: Editor, lamps: Path, tmp_path: Path) -> None:
-    """A stimulus at 45 ms is seen by the scan at 50 ms, the sixth."""
+    """A stimulus at 45 ms takes effect in the scan at 50 ms, the sixth."""
     stimulus = tmp_path / "off.toml"
     stimulus.write_text('[[at]]\ntime = "45ms"\nset = { "Main.Go" = false }\n')
     editor.start(sources=[str(lamps)], stimulus=str(stimulus), for_="1s")
@@ -94,7 +97,7 @@ def test_a_change_from_outside_is_shown(editor: Editor, lamps: Path, tmp_path: P
 
 
 def test_a_value_set_by_hand_is_set_again_at_its_moment(stopped: Start) -> None:
-    """Value becomes 100 inside the second scan: two scans later it is 102."""
+    """Value becomes 100 inside the second scan, so two scans later it is 102."""
     editor = stopped({"line": 28, "condition": "Value = 2"})
     editor.say("Value := 100")
     editor.go("rcx/stepScan", scans=3)
@@ -113,7 +116,7 @@ def test_to_change_the_past_forgets_what_came_after(at_entry: Start) -> None:
     said = editor.say("C.Value := 1000")
     assert said == "C.Value = 1000; the scans after this one were discarded"
     editor.go("rcx/stepScan", scans=90)
-    assert editor.value("C.Value") == "1090", "90 have run since"
+    assert editor.value("C.Value") == "1090", "90 scans have run since"
 
 
 def test_commands_of_the_console(at_entry: Start) -> None:
@@ -135,7 +138,7 @@ def test_commands_of_the_console(at_entry: Start) -> None:
 
 
 def test_an_event_of_a_robot_is_let_happen_at_a_moment(editor: Editor, repository: Path) -> None:
-    """Without a link, the program reads Connected FALSE 100 ms after the last packet."""
+    """Without a link, the program reads Connected as FALSE 100 ms after the last packet."""
     example = repository / "plc" / "examples" / "04_pick_and_place"
     editor.start(sources=[str(example)], stopOnEntry=True, for_="2s")
     editor.say(".scan 100")
@@ -152,15 +155,15 @@ def test_an_event_of_a_robot_is_let_happen_at_a_moment(editor: Editor, repositor
     assert editor.value("Main.Connected") == "TRUE"
     editor.say(".scan 40")
     editor.event("stopped")
-    assert editor.value("Main.Connected") == "FALSE", "it happens again, where it did"
+    assert editor.value("Main.Connected") == "FALSE", "the event happens again at the same time"
 
 
-# --- how much is run again ----------------------------------------------------------------------
+# --- the number of repeated scans ---------------------------------------------------------------
 
 
 @pytest.mark.exhaustive
 def test_a_step_back_runs_few_scans_again_however_long_the_run_was(lamps: Path) -> None:
-    """60,000 scans are 10 minutes of 10 ms: with at most 1,000 snapshots, one in 64 scans.
+    """A run of 60,000 scans (10 minutes) has at most 1,000 snapshots, so one in 64 scans.
 
     Then at most 63 scans run again, and the scan that is shown.
     """
@@ -180,7 +183,7 @@ def test_a_step_back_runs_few_scans_again_however_long_the_run_was(lamps: Path) 
 
 
 def test_a_repeated_scan_is_the_same_to_the_byte(repository: Path, tmp_path: Path) -> None:
-    """The whole cell: program, robot with drawn delays, network with jitter."""
+    """A repeated scan is equal for the whole cell: program, random delays, network jitter."""
     stimulus = tmp_path / "start.toml"
     stimulus.write_text(
         '[[at]]\ntime = "100ms"\nset = { "Main.CellSafe" = true }\n'

@@ -1,4 +1,4 @@
-"""Stops: lines, conditions, counts, messages, blocks, changes, faults, broken rules."""
+"""The debugger stops at lines, conditions, counts, blocks, changes, faults and broken rules."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Start = Callable[..., Editor]
 
 
 def test_a_breakpoint_moves_to_the_next_statement(at_entry: Start, lamps: Path) -> None:
-    """Line 27 is END_IF, 54 is ELSIF, behind 58 there is nothing."""
+    """Line 27 is END_IF and line 54 is ELSIF. After line 58 there are no statements."""
     editor = at_entry()
     told = editor.set(lamps, 27, 54, 50, 59)
     assert [one.get("line") for one in told] == [28, 55, 50, None]
@@ -36,7 +36,7 @@ def test_lines_with_statements_are_listed(at_entry: Start, lamps: Path) -> None:
 
 
 def test_a_condition_is_an_expression_of_the_block(stopped: Start) -> None:
-    """Value is n in the n-th scan, k counts the rounds."""
+    """Value is n in the n-th scan, and k counts the iterations."""
     editor = stopped({"line": 30, "condition": "Value = 4 AND k > 2"})
     assert (editor.line, editor.value("Value"), editor.value("k")) == (30, "4", "3")
 
@@ -86,7 +86,7 @@ def test_hits_that_are_run_again_are_the_same_hits(stopped: Start) -> None:
 
 
 def test_a_logpoint_speaks_once_for_each_hit_and_does_not_stop(editor: Editor, lamps: Path) -> None:
-    """The breakpoint behind it makes the scan run twice; it still speaks once."""
+    """A breakpoint after it makes the scan run twice, but it prints only once."""
     log = {"line": 28, "logMessage": "value {Value}, doubled {Value * 2}"}
     editor.start({lamps: [log, {"line": 58, "condition": "Doubled = 6"}]}, sources=[str(lamps)])
     assert [one for one in editor.output if one.startswith("value")] == [
@@ -119,7 +119,7 @@ def _watched(editor: Editor, name: str) -> list[dict[str, Any]]:
 
 
 def test_a_data_breakpoint_stops_behind_the_change(at_entry: Start) -> None:
-    """Lamp: DARK, in the third scan DIM by line 55, in the sixth BRIGHT by line 53."""
+    """Lamp is DARK, then DIM in the third scan (line 55), then BRIGHT in the sixth (line 53)."""
     editor = at_entry()
     assert _watched(editor, "Lamp")[0]["verified"]
     why = editor.go()
@@ -153,7 +153,7 @@ def test_a_division_by_zero_stops_at_its_statement_with_the_stack_there(at_entry
     assert why["text"].endswith("Lamps.st:58: division by zero")
     assert editor.stack() == [("Main (Lamps)", 58)]
     assert editor.request("exceptionInfo", threadId=1)["description"] == why["text"]
-    assert editor.go()["text"] == why["text"], "it cannot go on as it is"
+    assert editor.go()["text"] == why["text"], "the program cannot continue unchanged"
     editor.say("Divisor := 2")
     editor.go("next")
     assert (editor.line, editor.value("Part")) == (50, "4")

@@ -1,4 +1,4 @@
-"""Tried with the client that VS Code's own adapters are tested with."""
+"""The debugger works with the client that tests VS Code's own adapters."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def _missing() -> str:
 
 
 def test_a_client_of_others_debugs_forwards_and_backwards(lamps: Path) -> None:
-    """Line 54 has no statement: 55; in the third scan 2 * 3 = 6, Lamp DARK before it.
+    """Line 54 has no statement, so the stop is in line 55. There 2 * 3 = 6, and Lamp was DARK.
 
     The run is of 1 s with a scan of 10 ms: 100 scans.
     """

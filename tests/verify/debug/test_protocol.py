@@ -1,4 +1,4 @@
-"""The adapter as an editor starts it: framing, standard input and output, a port, bad input."""
+"""An editor starts the adapter: framing, standard input and output, a port, bad input."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ _DEEP = b"[" * 100_000
     ],
 )
 def test_a_wrong_message_is_refused(data: bytes) -> None:
-    """A web page can send HTTP to any port; a header of the protocol has fields only.
+    """A web page can send HTTP to any port. A header of the protocol has fields only.
 
     Source: a defect report: the protocol's overview, Base Protocol.
     """
@@ -123,7 +123,7 @@ def test_on_standard_output_there_is_nothing_but_messages(lamps: Path) -> None:
 
 
 def test_the_adapter_ends_with_its_client(lamps: Path) -> None:
-    """VS Code sends a disconnect request, and closes nothing."""
+    """VS Code sends a disconnect request, but does not close the streams."""
     pipe = subprocess.PIPE
     with subprocess.Popen(_RCX, stdin=pipe, stdout=pipe, stderr=pipe) as process:
         assert process.stdin is not None
@@ -158,7 +158,7 @@ def _answers(port: int, data: bytes) -> list[dict[str, Any]]:
     with socket.create_connection(("127.0.0.1", port), _LONGEST) as client:
         client.sendall(data)
         received = b""
-        with suppress(ConnectionError):  # ended with something unread
+        with suppress(ConnectionError):  # the adapter has ended while data were unread
             while some := client.recv(65536):
                 received += some
     return _messages(received)
@@ -177,7 +177,7 @@ def test_on_a_port_of_this_computer_one_client_comes_after_the_other(port: tuple
     for _ in range(2):
         told = _answers(number, _launches(token=token))
         answers = [one["success"] for one in told if one["type"] == "response"]
-        assert answers == [True, True, True], "the program is that of the command line"
+        assert answers == [True, True, True], "the program comes from the command line"
 
 
 @pytest.mark.parametrize("given", [{}, {"token": "guessed"}, {"token": None}, {"token": ["x"]}])
@@ -197,7 +197,7 @@ def test_a_web_page_is_answered_nothing(port: tuple[int, str]) -> None:
 
 
 def test_a_client_that_is_refused_cannot_go_on_sending(port: tuple[int, str]) -> None:
-    """Its connection is closed, so that its sending fails at once.
+    """The connection of a refused client is closed, so that its next message fails at once.
 
     Source: docs/how-to/debug.md, the port
     """
@@ -263,7 +263,7 @@ def test_a_port_that_is_taken_is_named() -> None:
 def test_a_wrong_launch_is_one_message(
     editor: Editor, lamps: Path, launch: dict[str, Any], message: str
 ) -> None:
-    """Exit code 2, as every bad input."""
+    """The exit code is 2, as for all bad input."""
     given = {key: [str(lamps)] if one == ["LAMPS"] else one for key, one in launch.items()}
     with pytest.raises(RefusedError) as refused:
         editor.request("launch", **given)
@@ -276,11 +276,11 @@ def test_a_wrong_launch_is_one_message(
 
 
 def test_options_have_the_names_that_they_have_in_rcx_run(editor: Editor, lamps: Path) -> None:
-    """`onLoss`, `on-loss` and `on_loss` are the same; lists are options that are repeated."""
+    """`onLoss`, `on-loss` and `on_loss` are the same. Lists are options that are repeated."""
     launch: dict[str, Any] = {"scan": "20ms", "on-loss": "clear", "seed": 3, "m": [0]}
     launch["onLoss"] = "clear"
     editor.start(sources=[str(lamps)], for_="100ms", __sessionId="x", **launch)
-    assert editor.value("C.Value") == "5", "of 100 ms with a scan of 20 ms"
+    assert editor.value("C.Value") == "5", "five scans in 100 ms"
 
 
 def test_a_source_with_a_mistake_is_named_with_its_line(editor: Editor, tmp_path: Path) -> None:
@@ -347,7 +347,9 @@ def test_arguments_of_wrong_types_are_answered(
     for wrong in _WRONG:
         with suppress(RefusedError):
             editor.request(command, **dict.fromkeys(keys, wrong))
-    assert editor.value("C.Value") == "0", "it stands before the first scan, and answers"
+    assert editor.value("C.Value") == "0", (
+        "the program has stopped before the first scan, and answers"
+    )
 
 
 def test_a_request_that_is_no_request_is_answered(editor: Editor) -> None:
@@ -375,7 +377,7 @@ def test_a_number_that_nothing_has_opens_nothing(at_entry: Callable[..., Editor]
 
 @pytest.mark.exhaustive
 def test_the_extension_for_vs_code_is_written(tmp_path: Path) -> None:
-    """Again over itself; a file that is another stays."""
+    """The command replaces its own extension, but not another one."""
     folder = tmp_path / "extension"
     command = [*_RCX, "--vscode", str(folder)]
     for _ in range(2):

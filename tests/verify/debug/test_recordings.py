@@ -1,4 +1,4 @@
-"""The recording of a failed test: it opens at its end, and can be run backwards."""
+"""The recording of a failed test opens at its end, and can be run backwards."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def _written(
 
 
 def test_the_program_is_given_what_it_was_given(tmp_path: Path, editor: Editor) -> None:
-    """Go is FALSE for 3 of 10 scans: Value is 7."""
+    """Go is FALSE in 3 of 10 scans, so Value is 7."""
     program = Path(shutil.copy(LAMPS, tmp_path))
     cell, recorded = _cell(program)
     with cell:
@@ -97,7 +97,7 @@ def test_a_cell_repeats_its_areas_without_its_robot(tmp_path: Path, repository: 
         again.append(tape.telegrams[0].si)
     assert len(set(areas)) > 5
     assert again == areas
-    assert file.stat().st_size < 40_000, "it is small: scans alike are one line"
+    assert file.stat().st_size < 40_000, "equal scans share a line, so the file is small"
 
 
 def test_values_of_all_kinds_come_again(tmp_path: Path) -> None:
@@ -183,7 +183,7 @@ def test_a_recording_excludes_other_options(tmp_path: Path, editor: Editor) -> N
 
 
 def test_a_broken_rule_is_met_where_it_was(tmp_path: Path, editor: Editor) -> None:
-    """Bytes n+46 and n+47 are reserved (manual chapter 1, 4.1); they change in scan 20."""
+    """Bytes n+46 and n+47 are reserved (manual chapter 1, 4.1). They change in scan 20."""
     program = tmp_path / "Breaks.st"
     program.write_text(
         "PROGRAM Breaks\n  VAR\n    InputArea : RCX_IMAGE; OutputArea : RCX_IMAGE;\n"
@@ -201,7 +201,7 @@ def test_a_broken_rule_is_met_where_it_was(tmp_path: Path, editor: Editor) -> No
 
 @pytest.mark.exhaustive
 def test_a_failed_test_leaves_one(pytester: pytest.Pytester, editor: Editor) -> None:
-    """The recording is in the folder of the chart and the trace; a passing test leaves none."""
+    """The recording is in the folder of the chart and the trace. A passing test leaves none."""
     shutil.copy(LAMPS, pytester.path)
     pytester.makeini("[pytest]\nrcx_sources = Lamps.st\nrcx_artifacts = kept\n")
     pytester.makepyfile(

@@ -1,6 +1,6 @@
-"""Robot programs under the debugger: breakpoints, threads, steps, values; together with the PLC.
+"""Robot programs under the debugger, with the PLC: breakpoints, threads, steps, values.
 
-The PLC of Shake.st starts SHAKE.PGM in task 1 and asks for work by SI(20); SHAKE.PGM starts
+The PLC of Shake.st starts SHAKE.PGM in task 1 and requests work by SI(20). SHAKE.PGM starts
 SIDE.PGM in task 2.
 """
 
@@ -18,7 +18,7 @@ from rcx_harness.verify.debug.robot_programs import robot_programs
 
 FOLDER = Path(__file__).parent / "programs"
 PLC, MAIN, SIDE = FOLDER / "Shake.st", FOLDER / "SHAKE.PGM", FOLDER / "SIDE.PGM"
-#: Numbers of the threads: the program of the PLC is the first.
+#: Numbers of the threads, of which the program of the PLC is the first.
 TASK_1, TASK_2 = 2, 3
 
 Start = Callable[..., Editor]
@@ -36,7 +36,7 @@ def shaking(editor: Editor) -> Start:
 
 
 def _lines(editor: Editor, command: str, thread: int, times: int) -> list[int]:
-    """Repeat a command in a thread; return the lines at which that thread stops."""
+    """Repeat a command in a thread, and return the lines at which that thread stops."""
     found = []
     for _ in range(times):
         assert editor.go(command, thread)["threadId"] == thread
@@ -45,7 +45,7 @@ def _lines(editor: Editor, command: str, thread: int, times: int) -> list[int]:
 
 
 def test_a_breakpoint_stops_the_task_that_reaches_its_line(shaking: Start) -> None:
-    """The PLC stops between two scans; SIDE has not been started."""
+    """The PLC stops between two scans. SIDE has not been started."""
     editor = shaking({MAIN: [2]})
     assert editor.stack(TASK_1) == [("SHAKE", 2)]
     assert editor.stack(1)[0][0] == "Main (Shake), between two scans"
@@ -57,7 +57,7 @@ def test_a_breakpoint_stops_the_task_that_reaches_its_line(shaking: Start) -> No
 
 
 def test_a_breakpoint_moves_to_the_next_statement(shaking: Start) -> None:
-    """Line 1 is a comment, lines 3 and 10 are labels; there is no line 14."""
+    """Line 1 is a comment, lines 3 and 10 are labels, and line 14 does not exist."""
     editor = shaking({MAIN: [2]})
     found = editor.set(MAIN, 1, 3, 4, 10, 14)
     assert [one.get("line") for one in found] == [2, 4, 4, 11, None]
@@ -74,7 +74,7 @@ def test_what_cannot_be_a_breakpoint_is_refused(shaking: Start) -> None:
         ({"condition": "N% >"}, "'N% >' is not an expression of the robot language; write it as"),
         ({"condition": "ARM"}, "'ARM' is not an expression"),
         ({"condition": "SI(20)=1,500"}, "'SI(20)=1,500' is not an expression"),
-        ({"logMessage": "here"}, "a message works in Structured Text only"),
+        ({"logMessage": "here"}, "logpoints are possible in Structured Text only"),
         ({"hitCondition": "often"}, "'often' is not a count of hits"),
     ):
         (found,) = editor.set(MAIN, {"line": 5, **wanted})
@@ -86,11 +86,13 @@ def test_what_cannot_be_a_breakpoint_is_refused(shaking: Start) -> None:
 
 
 def test_a_condition_is_an_expression_of_the_robot_language(shaking: Start) -> None:
-    """N% is 3 for the first time in the fourth request; point 900 is not defined."""
+    """N% is 3 for the first time in the fourth request. Point 900 is not defined."""
     editor = shaking({MAIN: [{"line": 5, "condition": "n% = 3 and si(20)=1"}]})
     assert editor.value("N%", thread=TASK_1) == "3"
     editor.go("reverseContinue")
-    assert editor.stack(1)[0][1] == 10, "the start of the run: it has not held before"
+    assert editor.stack(1)[0][1] == 10, (
+        "the start of the run, because the condition has not held before"
+    )
     editor.set(MAIN, {"line": 4, "condition": "P900 = P901"})
     editor.go()
     assert editor.stack(TASK_1) == [("SHAKE", 4)]
@@ -99,7 +101,7 @@ def test_a_condition_is_an_expression_of_the_robot_language(shaking: Start) -> N
 
 
 def test_hits_are_counted(shaking: Start) -> None:
-    """The third request: N% is 2 before line 5."""
+    """In the third request, N% is 2 before line 5."""
     editor = shaking({MAIN: [{"line": 5, "hitCondition": "3"}]})
     assert editor.value("N%", thread=TASK_1) == "2"
 
@@ -114,7 +116,7 @@ def test_steps_go_over_into_and_out_of_subroutines(shaking: Start) -> None:
 
 
 def test_the_plc_goes_on_while_a_task_waits(shaking: Start) -> None:
-    """Before its WAIT ends, the PLC must see SO(20) and switch SI(20) OFF."""
+    """Before the WAIT of the task ends, the PLC must see SO(20) and switch SI(20) OFF."""
     editor = shaking({MAIN: [{"line": 7, "hitCondition": "1"}]})
     assert editor.value("Answered") == "0"
     assert _lines(editor, "next", TASK_1, 1) == [8]
@@ -122,19 +124,21 @@ def test_the_plc_goes_on_while_a_task_waits(shaking: Start) -> None:
 
 
 def test_a_step_in_the_plc_ends_in_the_plc(shaking: Start) -> None:
-    """Both tasks run on; the stack shows the statement of the PLC."""
+    """Both tasks continue to run. The stack shows the statement of the PLC."""
     editor = shaking({MAIN: [{"line": 5, "hitCondition": "1"}]})
     assert editor.go("next", 1)["threadId"] == 1
     assert editor.stack(1) == [("Main (Shake)", 10)]
     assert editor.stack(TASK_1) == [("SHAKE", 7)]
-    assert editor.go("stepBack", 1)["threadId"] == 1, "not to a line of the robot in this scan"
+    assert editor.go("stepBack", 1)["threadId"] == 1, (
+        "the stop is not in a line of the robot in this scan"
+    )
     assert editor.stack(1)[0][0] == "Main (Shake)"
 
 
 def test_a_task_shows_its_variables(shaking: Start) -> None:
     """SIDE has called COUNTED with M% as X%, which has no value of its own.
 
-    Before line 7 of the second call M% is 1, and Y% is 1, too.
+    Before line 7 of the second call, M% and Y% are 1.
     """
     editor = shaking({SIDE: [{"line": 7, "hitCondition": "2"}]})
     assert editor.stack(TASK_2) == [("COUNTED", 7), ("SIDE", 2)]
@@ -151,7 +155,7 @@ def test_a_task_shows_its_variables(shaking: Start) -> None:
 
 
 def test_the_console_shows_plc_and_tasks_side_by_side(shaking: Start) -> None:
-    """They are shown at each stop, and by .where."""
+    """The console shows PLC and tasks at each stop, and after .where."""
     editor = shaking({MAIN: [{"line": 7, "hitCondition": "1"}]})
     shown = editor.say(".where")
     first, *tasks = shown.splitlines()
@@ -168,7 +172,7 @@ def test_the_console_shows_plc_and_tasks_side_by_side(shaking: Start) -> None:
 
 
 def test_back_goes_through_the_lines_of_a_task(shaking: Start) -> None:
-    """Over the GOSUB of line 6, and through scans in which the task waits."""
+    """The way back includes the GOSUB of line 6, and scans in which the task waits."""
     editor = shaking({MAIN: [{"line": 8, "hitCondition": "2"}]})
     assert editor.value("N%", thread=TASK_1) == "2"
     assert _lines(editor, "stepBack", TASK_1, 6) == [7, 6, 5, 4, 9, 8]
@@ -191,7 +195,7 @@ def test_back_to_a_breakpoint_of_a_robot_program(shaking: Start) -> None:
 
 
 def test_programs_of_several_robots_and_of_an_all_file(tmp_path: Path) -> None:
-    """MAIN begins in line 3 of the file; each robot has its own tasks."""
+    """MAIN begins in line 3 of the file. Each robot has its own tasks."""
     (tmp_path / "CELL.ALL").write_text("[PGM]\nNAME=MAIN\n*L:\nSGI0=2\nGOTO *L\n\n[END]\n")
     (tmp_path / "robot.toml").write_text('data_file = "CELL.ALL"\n')
     file = str(tmp_path / "CELL.ALL")
@@ -201,4 +205,4 @@ def test_programs_of_several_robots_and_of_an_all_file(tmp_path: Path) -> None:
     assert (list(programs.files), list(programs.lines(file))) == ([file], [4, 5])
     assert list(programs.tasks) == [(1, "Robot 1 task 1: MAIN"), (2, "Robot 2 task 1: MAIN")]
     assert [one[:3] for one in programs.stack(2)] == [("MAIN", file, 3)]
-    assert robot_programs([Controller(RobotConfig())]) is None, "it has no text"
+    assert robot_programs([Controller(RobotConfig())]) is None, "this program has no text"

@@ -1,4 +1,4 @@
-"""Forwards: statement by statement, over and out of calls, scan by scan, to the end."""
+"""The debugger steps forwards by statement, over and out of calls, by scan, and to the end."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def test_while_it_runs_what_needs_a_stop_is_refused(editor: Editor, lamps: Path)
 
 
 def test_two_programs_are_two_threads(editor: Editor, tmp_path: Path, lamps: Path) -> None:
-    """The intervals are 10 ms and 20 ms: the second program runs in every second scan."""
+    """The intervals are 10 ms and 20 ms, so the second program runs in every second scan."""
     (tmp_path / "Slow.st").write_text(
         "PROGRAM Slow\n  VAR\n    Turns : INT;\n  END_VAR\n  Turns := Turns + 1;\nEND_PROGRAM\n"
     )

@@ -1,4 +1,4 @@
-"""Values shown and set: scopes, expressions, areas, telegrams, completions."""
+"""The debugger shows and sets values: scopes, expressions, areas, telegrams, completions."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def test_the_scopes_of_a_block_and_of_its_caller(stopped: Start) -> None:
     assert _values(editor.scope("Inputs, outputs")) == {"Up": "TRUE", "Value": "2"}
     inner = editor.scope("Variables")
     assert inner["k"]["value"] == "2"
-    # Two rounds of this scan are done, and the third of the scan before.
+    # Two iterations of this scan are done, and the third value is from the previous scan.
     assert inner["Steps"]["value"] == "[2, 2, 1]"
     assert inner["Steps"]["type"] == "ARRAY [1..3] OF DINT"
     steps = editor.below(inner["Steps"])
@@ -64,7 +64,7 @@ def test_a_long_array_comes_page_by_page(at_entry: Start) -> None:
     ],
 )
 def test_an_expression_has_its_own_value(stopped: Start, expression: str, value: str) -> None:
-    """The program stops in the third scan before line 57: Value 3, Doubled 6, Lamp DIM."""
+    """The program stops in the third scan before line 57: Value is 3, Doubled 6, Lamp DIM."""
     assert stopped({"line": 57, "condition": "Doubled = 6"}).value(expression) == value
 
 
@@ -157,7 +157,7 @@ def test_names_are_completed(at_entry: Start) -> None:
 
 
 def test_areas_and_telegrams_are_decoded(editor: Editor, repository: Path, tmp_path: Path) -> None:
-    """Pick and place: servos on after the start, then the hand opens: DO(20), command 0x0301.
+    """The servos turn on after the start. Then the hand opens by DO(20), command 0x0301.
 
     Source: manual chapter 5, 1 (SO(02) is bit 2 of m+32); guide, I/O port assignment.
     """

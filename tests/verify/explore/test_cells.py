@@ -1,4 +1,4 @@
-"""The exploration of a cell with its controller: what happens, and what tells states apart."""
+"""The exploration of a cell with its controller has events, and distinguishes states."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from structured_text.errors import InputError
 
 Captured = pytest.CaptureFixture[str]
 _CELL = HANDSHAKES / "cell"
-#: PowerUp's time limits of 10 s have run out, so that its clocks stand still.
+#: The time after which PowerUp's time limits of 10 s have run out, so that its clocks stand still.
 _BEGIN_US = 13_000_000
 
 
@@ -34,7 +34,7 @@ def _settings(**given: object) -> CellSettings:
 
 @pytest.fixture(scope="module")
 def cell() -> Cell:
-    """The cell in which the robot brings one part after the other."""
+    """Return the cell in which the robot brings one part after the other."""
     made = _cells().make().cell(0, keep=0)
     Stimulus.load(_CELL / "stimulus.toml").schedule(made)
     return made
@@ -49,7 +49,7 @@ def states(cell: Cell) -> CellStates:
 
 
 def test_a_state_is_the_same_after_the_way_there_and_back(cell: Cell, states: CellStates) -> None:
-    """Also in the middle of a movement, whose path is not a number."""
+    """A restored state is equal, also in the middle of a movement, whose path is not a number."""
     while not cell.robot.machine.motion.under_way:
         cell.run("5ms")
     before, key = states.freeze(), states.key()
@@ -63,7 +63,7 @@ def test_a_state_is_the_same_after_the_way_there_and_back(cell: Cell, states: Ce
 
 
 def test_a_cycle_of_the_handshake_recurs(cell: Cell, states: CellStates) -> None:
-    """Two parts take a whole number of scans, and the PLC names the same place again."""
+    """Two parts take a whole number of scans. Then the PLC names the first place again."""
     seen = {}
     for number in range(40):
         key = states.key()
@@ -98,7 +98,7 @@ def test_what_a_robot_program_can_notice_is_part_of_the_key(
 def test_link_and_alarm_come_at_any_time_and_the_replay_shows_what_breaks(
     tmp_path: Path,
 ) -> None:
-    """Without the link the program does not run: one event is the shortest way."""
+    """Without the link the program does not run, so a single event is the shortest way."""
     properties = tmp_path / "properties.toml"
     properties.write_text(
         '[[always]]\nname = "runs"\nthat = "Main.Running OR NOT BEFORE(Main.Running)"\n',
@@ -116,7 +116,10 @@ def test_link_and_alarm_come_at_any_time_and_the_replay_shows_what_breaks(
 
 
 def test_a_key_that_leaves_out_too_much_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """If only the bits of the PLC count, different states are one; then nothing is judged."""
+    """If only the PLC's bits belonged to the key, different states would have the same key.
+
+    The exploration then judges nothing.
+    """
     cells: list[Cell] = []
     init = CellStates.__init__
 
@@ -130,7 +133,7 @@ def test_a_key_that_leaves_out_too_much_is_noticed(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(CellStates, "__init__", noted)
     monkeypatch.setattr(CellStates, "key", key)
     monkeypatch.setattr(CellStates, "freeze_with_key", lambda self: (self.freeze(), key(self)))
-    with pytest.raises(InputError, match="cannot be told apart"):
+    with pytest.raises(InputError, match="cannot be distinguished"):
         explore_cell(_settings(inputs={"Main.Cancel": []}))
 
 
@@ -174,17 +177,17 @@ def test_a_beginning_without_a_robot_file_is_refused(tmp_path: Path, capsys: Cap
 
 
 def test_a_deadlock_needs_the_program_of_a_robot(tmp_path: Path, capsys: Captured) -> None:
-    """The small controller has none."""
+    """The small controller has no robot program."""
     properties = ["--properties", str(_CELL / "campaign.toml")]
     words = [str(_CELL / "Handover.st"), "--out", str(tmp_path), *properties]
     assert main(["explore", *words]) == 2
-    assert "a deadlock is between the PLC and the program of a robot" in capsys.readouterr().err
+    assert "a deadlock needs the program of a robot" in capsys.readouterr().err
 
 
 def test_the_small_controller_of_an_exploration_knows_the_ports_of_a_property(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
-    """With Button the PLC sets SI(20), and in the scan after SIW(2)."""
+    """With Button the PLC sets SI(20), and SIW(2) in the next scan."""
     monkeypatch.chdir(tmp_path)
     Path("Late.st").write_text(
         """PROGRAM Late
@@ -215,4 +218,4 @@ def test_proving_takes_no_robot_file(capsys: Captured) -> None:
     """A proof holds for every answer of the robot."""
     words = [str(_CELL / "Handover.st"), "--robot", str(_CELL / "robot.toml")]
     assert main(["prove", *words]) == 2
-    assert "whatever its program does" in capsys.readouterr().err
+    assert "it holds for every answer of the robot" in capsys.readouterr().err

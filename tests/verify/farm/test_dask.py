@@ -1,4 +1,4 @@
-"""Work on a cluster of dask.distributed, whose scheduler and workers are of this computer."""
+"""Work runs on a cluster of dask.distributed with processes on this computer."""
 
 from __future__ import annotations
 
@@ -21,6 +21,8 @@ from farm_work import Counted, Killed, process_number, refuse
 from rcx_harness.cli.app import main
 from structured_text.errors import InputError
 from structured_text.farm import Cluster, Farm, Lost
+
+pytestmark = pytest.mark.exhaustive
 
 distributed = pytest.importorskip("distributed", reason="needs the extra cluster")
 
@@ -77,8 +79,9 @@ def test_an_item_whose_worker_is_killed_is_done_again(farm: Farm, tmp_path: Path
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.exhaustive
 def test_a_lost_result_is_made_again(farm: Farm, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its worker ended with another item, after this item and before the result was fetched."""
+    """The item's worker was ended by another item before the result was fetched."""
     result = distributed.Future.result
     taken = iter([True])
 
@@ -94,7 +97,7 @@ def test_a_lost_result_is_made_again(farm: Farm, monkeypatch: pytest.MonkeyPatch
 
 @pytest.mark.exhaustive
 def test_an_item_that_kills_its_workers_is_named(farm: Farm, tmp_path: Path) -> None:
-    """The second time it runs alone, so items that shared its worker are not blamed."""
+    """At the second attempt an item runs alone, so items that shared its worker are not blamed."""
     for number in range(4):
         (tmp_path / str(number)).touch()
 

@@ -1,4 +1,4 @@
-"""The solver's results in the words of the program."""
+"""The solver's results are shown in the words of the program."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def machine(tmp_path_factory: pytest.TempPathFactory) -> tuple[ProgramMachine, N
         (("MAIN", "WORK", "WAITS", 1), 1_500_000_000, "Main.Work.Waits[2] = T#1500ms"),
         (("MAIN", "MASK"), 0x8020, "Main.Mask = 16#8020"),
         (("MAIN", "LATE", "Q"), True, "Main.Late.Q = TRUE"),
-        (("MAIN", "LATE", "phase"), 1, ""),  # inside of the timer: no variable of the program
+        (("MAIN", "LATE", "phase"), 1, ""),  # inside the timer: not a variable of the program
     ],
 )
 def test_variables_have_their_declared_names_and_literals(
@@ -84,7 +84,7 @@ def test_inputs_from_outside_have_names(
 
 
 def test_a_real_is_a_number_and_not_its_bits(machine: tuple[ProgramMachine, Names]) -> None:
-    """16#3F000000 is 0.5: IEEE 754."""
+    """By IEEE 754, 16#3F000000 is 0.5."""
     made, names = machine
     [name] = [one for one, place in made.places.items() if place == ("MAIN", "RATE")]
     solver, term = z3.Solver(), z3.BitVec(name, 32)

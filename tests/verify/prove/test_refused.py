@@ -1,4 +1,4 @@
-"""A construct without terms is refused by its name; nothing is approximated."""
+"""A construct without solver terms is refused by its name and never approximated."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""The terms of a small program give the results of the built-in engine, in every variable.
+"""The solver terms of a program give the same results as the built-in engine, in every variable.
 
-The expected values are the engine's, which is compared with matiec in
+The expected values come from the engine, which is compared with matiec in
 tests/structured_text/engines/agreement.
 """
 
@@ -60,7 +60,7 @@ def test_arithmetic_of_every_integer_type_wraps_as_on_the_engine(tmp_path: Path,
 
 @pytest.mark.parametrize("kind", _BITS)
 def test_bit_strings_are_joined_and_shifted_as_on_the_engine(tmp_path: Path, kind: str) -> None:
-    """A shift may exceed the width; a negative one stops both."""
+    """A shift may exceed the width. A negative one stops both."""
     variables = (
         f"VAR_INPUT A, B : {kind}; N : INT; END_VAR\nVAR R : ARRAY [0..12] OF {kind}; END_VAR"
     )
@@ -105,7 +105,7 @@ def test_real_arithmetic_is_rounded_as_on_the_engine(tmp_path: Path, kind: str) 
 
 @pytest.mark.parametrize("kind", [*_NUMBERS, *_BITS])
 def test_numbers_are_converted_as_on_the_engine(tmp_path: Path, kind: str) -> None:
-    """A REAL out of range is left open: a conversion that must not happen."""
+    """A REAL out of range is left undetermined, because such a conversion must not happen."""
     others = [one for one in ("SINT", "UINT", "DINT", "ULINT", "WORD", "LWORD") if one != kind]
     both_ways = " ".join(f"To_{name} : {name}; Of_{name} : {kind};" for name in others)
     variables = f"""
@@ -128,7 +128,7 @@ def test_numbers_are_converted_as_on_the_engine(tmp_path: Path, kind: str) -> No
 
 
 def test_durations_are_reckoned_as_on_the_engine(tmp_path: Path) -> None:
-    """Sums, products with whole numbers and REALs, quotients, conversions in seconds."""
+    """The test has sums, products with integers and REALs, quotients, conversions in seconds."""
     variables = """
       VAR_INPUT A, B : TIME; N : INT; U : UDINT; R : REAL; L : LREAL; END_VAR
       VAR T : ARRAY [0..12] OF TIME; I : INT; D : DINT; W : ULINT; F : REAL; G : LREAL; END_VAR
@@ -152,7 +152,7 @@ def test_durations_are_reckoned_as_on_the_engine(tmp_path: Path) -> None:
 
 @pytest.mark.exhaustive
 def test_texts_are_cut_joined_and_compared_as_on_the_engine(tmp_path: Path) -> None:
-    """Counts may exceed 16 bits; a negative count stops both."""
+    """Counts may exceed 16 bits. A negative count stops both."""
     variables = """
       VAR_INPUT A, B : STRING; N, P : INT; D : DINT; END_VAR
       VAR R : ARRAY [0..5] OF STRING; S : STRING; Q : ARRAY [0..5] OF BOOL; I : INT; END_VAR
@@ -170,7 +170,10 @@ def test_texts_are_cut_joined_and_compared_as_on_the_engine(tmp_path: Path) -> N
 
 
 def test_statements_are_left_where_they_are_left_on_the_engine(tmp_path: Path) -> None:
-    """EXIT and RETURN in loops in branches, CASE with ranges, steps below 0 or not constant."""
+    """EXIT and RETURN are in loops in branches, and CASE has ranges.
+
+    Steps of FOR are negative or not constant.
+    """
     variables = """
       VAR_INPUT A, B, Pace : INT; Mode : USINT; END_VAR
       VAR i, k, Sum, Rounds, Last, First1, Last1 : INT; END_VAR
@@ -216,7 +219,7 @@ def test_statements_are_left_where_they_are_left_on_the_engine(tmp_path: Path) -
 
 
 def test_functions_return_as_on_the_engine(tmp_path: Path) -> None:
-    """RETURN in a loop in a function, a result that is not assigned, defaults, calls in calls."""
+    """The test has a RETURN in a loop, an unassigned result, defaults, and nested calls."""
     functions = """
 FUNCTION FIRST_OF : INT
   VAR_INPUT Wanted : INT; Start : INT := 3; END_VAR
@@ -265,7 +268,7 @@ END_FUNCTION_BLOCK
 
 
 def test_structures_arrays_and_blocks_are_addressed_as_on_the_engine(tmp_path: Path) -> None:
-    """Variable indices, also of long arrays and of what a VAR_IN_OUT is connected to.
+    """Indices are variable, also for long arrays and for the variable behind a VAR_IN_OUT.
 
     Outside of the array both stop.
     """
@@ -335,7 +338,7 @@ def test_timers_triggers_and_bistables_run_as_on_the_engine(tmp_path: Path) -> N
 
 
 def test_operands_that_are_skipped_stop_nothing(tmp_path: Path) -> None:
-    """The right side of AND and OR, and the ELSIF after a branch that is taken."""
+    """The skipped operands are right sides of AND and OR, and an ELSIF after a taken branch."""
     variables = "VAR_INPUT A, B, I : INT; END_VAR\nVAR N : ARRAY [0..3] OF INT; Q : BOOL; END_VAR"
     body = """
       Q := B <> 0 AND A / B > 1;
@@ -347,7 +350,7 @@ def test_operands_that_are_skipped_stop_nothing(tmp_path: Path) -> None:
 
 
 def test_known_arguments_are_calculated_as_by_the_engine(tmp_path: Path) -> None:
-    """Standard functions that have no terms, where all of their arguments are known."""
+    """The test has standard functions without terms, with all their arguments known."""
     variables = "VAR S : ARRAY [0..8] OF STRING; R : REAL; L : LREAL; I : INT; END_VAR"
     body = """
       S[0] := RIGHT('robot', 2); S[1] := INSERT('robot', 'XY', 2); S[2] := DELETE('robot', 2, 3);
@@ -416,7 +419,7 @@ def test_wide_characters_are_refused_by_name(tmp_path: Path, name: str) -> None:
 
 
 def test_statements_of_single_tools(tmp_path: Path) -> None:
-    """EN and ENO, RETURN(condition), and counting down without a sign."""
+    """The constructs are EN and ENO, RETURN(condition), and counting down without a sign."""
     variables = """VAR_INPUT A : INT; U : USINT; E : BOOL; END_VAR
     VAR_OUTPUT N, M, Größe : INT; Ok : BOOL; F : BIT; END_VAR VAR I, J : USINT; END_VAR"""
     body = """N := 10#0; M := 0; F := E;
@@ -427,9 +430,9 @@ def test_statements_of_single_tools(tmp_path: Path) -> None:
     _agrees(tmp_path, _block(variables, body))
 
 
-@pytest.mark.parametrize("dialect", ["codesys", "tia"])
+@pytest.mark.parametrize("dialect", ["openplc", "codesys", "tia"])
 def test_a_dialect_is_translated_as_on_the_engine(tmp_path: Path, dialect: str) -> None:
-    """TIME as a number, counters, both operands of AND, short integers, a REAL divided by 0."""
+    """The rules are TIME as a number, counters, both operands of AND, short integers, REAL / 0."""
     variables = """
       VAR_INPUT A, B : INT; T : TIME; N : UINT; X, Y : REAL; P, Q, R, L : BOOL; W : BYTE; END_VAR
       VAR Up : CTU; Down : CTD; Both : CTUD; D : DINT; M : TIME; F, G : REAL; H : BOOL; END_VAR

@@ -1,4 +1,4 @@
-"""A user's program: proved properties, and runs that break the others, replayed on the engine."""
+"""In a user's program, properties are proved or broken by runs that the engine repeats."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def statuses(found: dict[str, Result]) -> dict[str, str]:
 
 
 def test_an_interlock_and_its_bounds_are_proved(tmp_path: Path) -> None:
-    """The stage counts 0, 1, 2, 0; the gripper and the conveyor belong to different stages."""
+    """The stage counts 0, 1, 2, 0. The gripper and the conveyor belong to different stages."""
     body = (
         "  Servo(Robot := Robot, Execute := Start);\n"
         "  IF Servo.Done THEN Stage := Stage + 1; END_IF;\n"
@@ -62,7 +62,7 @@ def test_an_interlock_and_its_bounds_are_proved(tmp_path: Path) -> None:
 
 
 def test_an_invariant_is_found_where_one_scan_alone_does_not_do(tmp_path: Path) -> None:
-    """Both begin FALSE, and each rises only while the other is FALSE."""
+    """Both are FALSE at first, and each turns TRUE only while the other is FALSE."""
     body = (
         "  Servo(Robot := Robot, Execute := Start);\n"
         "  IF Start AND NOT Conveyor THEN Gripper := TRUE; END_IF;\n"
@@ -102,7 +102,7 @@ def test_a_fault_of_the_program_is_refuted_with_its_line(tmp_path: Path) -> None
 
 
 def test_an_answer_of_the_robot_can_break_an_assertion_after_some_scans(tmp_path: Path) -> None:
-    """The servos are reported ON by SO(02), bit 2 of byte 32, after two scans without.
+    """The servos are reported ON by SO(02), bit 2 of byte 32, after two scans without it.
 
     Source: manual chapter 5, 2.
     """
@@ -136,7 +136,7 @@ def test_an_answer_of_the_robot_can_break_an_assertion_after_some_scans(tmp_path
 def test_impossible_arguments_are_named_alike(
     tmp_path: Path, statement: str, kind: str, status: str, number: str
 ) -> None:
-    """`Given` may be anything, `Stage` is -1; no engine stops where a number does not fit."""
+    """`Given` may be anything, and `Stage` is -1. No engine stops when a number does not fit."""
     body = f"  Servo(Robot := Robot, Execute := Start);\n  Stage := -1; {statement.format(number)}"
     # A proof that does not end takes all of its time; a counterexample may take long on a busy
     # machine.
@@ -149,7 +149,7 @@ def test_impossible_arguments_are_named_alike(
 @pytest.mark.exhaustive(but=["False-noted"])
 @pytest.mark.parametrize(("asked", "status"), [(False, "noted"), (True, "unknown")])
 def test_overflows_are_noted_or_proved(tmp_path: Path, asked: bool, status: str) -> None:
-    """Stage counts for ever, and Given may be -32768: line 15, and line 17."""
+    """Stage counts without end (line 15), and Given may be -32768 (line 17)."""
     body = (
         "  Servo(Robot := Robot, Execute := Start);\n"
         "  Stage := Stage + 1;\n"
@@ -163,7 +163,7 @@ def test_overflows_are_noted_or_proved(tmp_path: Path, asked: bool, status: str)
         "overflow Cell.st:17": status,
     }
     assert found["overflow Cell.st:15"].says == "arithmetic stays in its type: Stage + 1"
-    assert "from a state that no run may come to: Main.Stage = 32767" in (
+    assert "from a state that may be unreachable: Main.Stage = 32767" in (
         found["overflow Cell.st:15"].note
     )
 
@@ -180,7 +180,7 @@ def test_the_reference_is_written_only_by_the_library(tmp_path: Path) -> None:
 
 @pytest.mark.exhaustive
 def test_an_undecided_property_is_unknown_with_a_state(tmp_path: Path) -> None:
-    """It takes 20000 scans to break it, and the search does not try runs of that length."""
+    """Breaking the property takes 20000 scans, and the search does not try such long runs."""
     body = (
         "  Servo(Robot := Robot, Execute := Start);\n"
         "  Stage := Stage + 1; IF Stage > 20000 THEN Stage := -20000; END_IF;\n"
@@ -188,7 +188,7 @@ def test_an_undecided_property_is_unknown_with_a_state(tmp_path: Path) -> None:
     )
     found = proved(tmp_path, body, limit_s=0.5)["assert Cell.st:16"]
     assert found.status == "unknown"
-    assert "from a state that no run may come to: Main.Stage = 19998" in found.note
+    assert "from a state that may be unreachable: Main.Stage = 19998" in found.note
 
 
 @pytest.mark.parametrize(
@@ -203,3 +203,34 @@ def test_a_mistake_has_the_users_file(tmp_path: Path, body: str, message: str) -
     with pytest.raises(InputError) as caught:
         proved(tmp_path, body)
     assert f"{tmp_path}/{message}" in str(caught.value)
+
+
+_DEVICE = """<configuration name="{name}"><resource name="Application">
+<task name="Main" priority="5" interval="PT0.01S"><pouInstance name="Count" typeName=""/></task>
+<addData><data name="http://www.3s-software.com/plcopenxml/pou"><pou name="Count"
+pouType="program"><interface><localVars><variable name="n"><type><INT/></type></variable>
+</localVars></interface><body><ST><xhtml>n := {body}</xhtml></ST></body></pou></data></addData>
+</resource></configuration>
+"""
+
+
+@pytest.mark.exhaustive
+def test_a_device_of_a_project_is_proved_and_its_run_names_it(tmp_path: Path) -> None:
+    """The property holds on one device only.
+
+    Source: docs/how-to/projects.md.
+    """
+    devices = "".join(
+        _DEVICE.format(name=name, body=f"{value};\n(* prove: n = 1 *)")
+        for name, value in (("Press", 1), ("Oven", 2))
+    )
+    file = tmp_path / "plant.xml"
+    file.write_text(
+        f"<project><types><pous/></types><instances><configurations>{devices}"
+        "</configurations></instances></project>"
+    )
+    for device, status in (("Press", "proved"), ("Oven", "refuted")):
+        settings = Settings(out=tmp_path / "out", robot=False, device=device)
+        results, _ = prove([file], settings)
+        assert [one.status for one in results] == [status]
+        assert all(f" --device {device} --scan" in one.command for one in results if one.command)

@@ -58,12 +58,12 @@ class ExtendedStatus(IntEnum):
     RPI_NOT_SUPPORTED = 0x111, "the packet interval is not supported"
     RPI_NOT_ACCEPTABLE = 0x112, "the packet interval is not acceptable"
     OUT_OF_CONNECTIONS = 0x113, "no more connections are available"
-    KEY_VENDOR_OR_PRODUCT = 0x114, "vendor or product code do not match the device"
+    KEY_VENDOR_OR_PRODUCT = 0x114, "vendor or product code does not match the device"
     KEY_DEVICE_TYPE = 0x115, "the device type does not match the device"
     KEY_REVISION = 0x116, "the revision does not match the device"
     INVALID_APPLICATION_PATH = 0x117, "the produced or consumed path is not valid"
     INVALID_CONFIGURATION_PATH = 0x118, "the configuration path is not valid"
-    ONLY_LISTENERS = 0x119, "listen only needs a connection that is more than that"
+    ONLY_LISTENERS = 0x119, "a listen only connection needs another connection"
     INHIBIT_TIME_ABOVE_RPI = 0x11B, "the production inhibit time exceeds the interval"
     TRANSPORT_CLASS = 0x11C, "the transport class is not supported"
     PRODUCTION_TRIGGER = 0x11D, "the production trigger is not supported"
@@ -81,8 +81,8 @@ class ExtendedStatus(IntEnum):
     NULL_FORWARD_OPEN = 0x132, "a null Forward Open is not supported"
     TIMEOUT_MULTIPLIER = 0x133, "the time-out multiplier is not acceptable"
     PARAMETER_ERROR = 0x205, "a parameter of the request is wrong"
-    PORT_NOT_AVAILABLE = 0x311, "the route names a port that there is not"
-    LINK_ADDRESS_NOT_VALID = 0x312, "the route names a link address that there is not"
+    PORT_NOT_AVAILABLE = 0x311, "the route names a port that does not exist"
+    LINK_ADDRESS_NOT_VALID = 0x312, "the route names a link address that does not exist"
     SEGMENT_IN_PATH = 0x315, "a segment of the connection path is not valid"
     CLOSE_PATH_MISMATCH = 0x316, "the path to close is not the one that was opened"
 
@@ -92,7 +92,7 @@ def extended_text(code: int) -> str:
     try:
         return ExtendedStatus(code).meaning
     except ValueError:
-        return "an extended status this harness does not know"
+        return "an extended status that this harness does not know"
 
 
 class ClassId(IntEnum):
@@ -139,7 +139,7 @@ class ConnectionService(IntEnum):
 
 
 class Status(IntEnum):
-    """The general status codes this device answers."""
+    """The general status codes with which this device answers."""
 
     SUCCESS = 0x00
     CONNECTION_FAILURE = 0x01
@@ -161,7 +161,7 @@ class Status(IntEnum):
 
 
 class Refusal(Exception):  # noqa: N818 (a refusal is an answer, not a failure)
-    """A request that ends in an error reply.
+    """The error of a request; the reply has its status codes.
 
     Args:
         data: Data after the status, for services that report details.
@@ -208,7 +208,7 @@ class Request(NamedTuple):
 
 
 class Reply(NamedTuple):
-    """The answer to `service` (without the reply bit), with its additional status words."""
+    """The answer to a service; `service` is its code without the reply bit."""
 
     service: int
     status: int
@@ -229,7 +229,7 @@ def status_text(status: int) -> str:
     try:
         return Status(status).name.lower().replace("_", " ")
     except ValueError:
-        return "a status this harness does not know"
+        return "a status that this harness does not know"
 
 
 def encode_path(class_id: int, instance: int, attribute: int | None = None) -> bytes:
@@ -281,7 +281,7 @@ def decode_reply(message: bytes) -> Reply | None:
     return Reply(message[0] & ~_REPLY_BIT, message[2], message[end:], extended)
 
 
-@lru_cache(maxsize=256)  # a scanner sends the same few paths in every scan
+@lru_cache(maxsize=256)  # cached because a scanner sends the same few paths in every scan
 def _decode_path(path: bytes) -> Path:
     numbers: dict[str, int] = {}
     key = None

@@ -1,7 +1,7 @@
 """The EtherNet/IP encapsulation as bytes: header and common packet format, for both ends.
 
 Numbers are those of the EtherNet/IP adaptation of CIP (volume 2), chapter 2; the manual names
-edition 1.15 (chapter 5, section 4). Everything is little endian but the socket address.
+edition 1.15 (chapter 5, section 4). All numbers are little endian, except in socket addresses.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ class Item(IntEnum):
 
 
 class Frame(NamedTuple):
-    """One encapsulated message; `context` comes back unchanged in the answer."""
+    """One encapsulated message; the answer has the same `context`."""
 
     command: int
     session: int = 0

@@ -1,9 +1,9 @@
 """Forward Open and Forward Close as bytes, for both ends: requests, connection path and replies.
 
 Layout: CIP volume 1, chapter 3, 5.5.2 (Forward Open, Large Forward Open) and 5.5.3 (Forward
-Close). Sizes are the connection sizes on the wire, intervals microseconds. Segments of the path are
-those of appendix C: logical (0x20, 0x24, 0x2C, 8 or 16 bits wide), electronic key (0x34), network
-(0x43, 0x50: production inhibit time) and simple data (0x80).
+Close). Sizes are the connection sizes on the wire; intervals are in microseconds. The segments of a
+path are from appendix C: logical (0x20, 0x24, 0x2C, 8 or 16 bits wide), electronic key (0x34),
+network (0x43, 0x50: production inhibit time) and simple data (0x80).
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ _DATA = 0x80
 
 
 class PathRefusal(Refusal):
-    """A segment that is not understood (extended status 0x315).
+    """The error for a segment that is not understood (extended status 0x315).
 
     Args:
         remaining: Words of the path from that segment to the end.
@@ -72,8 +72,8 @@ class ConnectionPath:
     Attributes:
         key: The device that the originator expects.
         class_id: Class of all application paths.
-        numbers: Instances and connection points in their order: configuration if there are three,
-            consuming, producing; or the one instance of an explicit connection.
+        numbers: Instances and connection points in order: consuming, producing; with configuration
+            before them if there are three. An explicit connection has one instance.
         inhibit_us: Production inhibit time in microseconds, 0 without one.
     """
 
@@ -89,13 +89,13 @@ class ConnectionPath:
 
 
 def decode_connection_path(path: bytes) -> ConnectionPath:
-    """Take a connection path apart.
+    """Decode a connection path.
 
     The path is padded: it has an even number of bytes.
 
     Raises:
-        PathRefusal: a segment that is not understood, in a wrong place or cut off; or no class.
-        Refusal: the application paths are of several classes.
+        PathRefusal: a segment is unknown, misplaced or incomplete, or the path has no class.
+        Refusal: the application paths name several classes.
     """
     key: ElectronicKey | None = None
     class_id: int | None = None
@@ -157,8 +157,8 @@ def _refused(path: bytes, at: int) -> PathRefusal:
     return PathRefusal((len(path) - at) // 2)
 
 
-# Priority and ticks, O->T id (not used), T->O id, triad, multiplier, interval and parameters each
-# way, transport, path size
+# Priority and ticks, O->T id (not used), T->O id, triad, multiplier, interval and parameters of
+# each direction, transport, path size
 _OPEN = struct.Struct("<6xIHHIB3xIHIHBB")
 _LARGE_OPEN = struct.Struct("<6xIHHIB3xIIIIBB")
 _CLOSE = struct.Struct("<2xHHIBx")
@@ -229,7 +229,7 @@ class ForwardClose:
 
 
 def decode_forward_open(request: Request) -> ForwardOpen:
-    """Take a Forward Open or a Large Forward Open apart.
+    """Decode a Forward Open or a Large Forward Open.
 
     Raises:
         Refusal: 0x13 too short, 0x15 too long.
@@ -256,7 +256,7 @@ def decode_forward_open(request: Request) -> ForwardOpen:
 
 
 def decode_forward_close(request: Request) -> ForwardClose:
-    """Take a Forward Close apart.
+    """Decode a Forward Close.
 
     Raises:
         Refusal: 0x13 too short, 0x15 too long.
@@ -330,10 +330,10 @@ class OpenRequest:
 
     Attributes:
         triad: Serial number, vendor and originator, which together name the connection.
-        t_to_o_id: The id we choose.
+        t_to_o_id: Connection id of the packets from the adapter, which the scanner chooses.
         o_to_t_length: Connection size to the adapter, as on the wire.
         t_to_o_length: Connection size from the adapter, as on the wire.
-        consuming: Connection point of the adapter to send to, or that of the heartbeat.
+        consuming: Connection point of the adapter to send to, or connection point of the heartbeat.
         producing: Connection point of the adapter to receive from.
         configuration: Configuration instance to name, if any.
         configuration_data: Data for it, an even number of bytes.
@@ -384,17 +384,17 @@ class OpenRequest:
         return encode_request(ConnectionService.FORWARD_CLOSE, _CONNECTION_MANAGER, data)
 
     def problem(self, agreed: OpenReply) -> str:
-        """Return the impossible value of a successful reply; empty if there is none.
+        """Return a text about the impossible value of a successful reply; empty if there is none.
 
-        A device may set another interval than the requested one, but not 0 us or an hour.
+        A device may set another interval than requested, but not 0 us or an hour.
         """
         if agreed.triad != self.triad:
-            return "names another connection than the one that was asked for"
+            return "names another connection than requested"
         longest_us = max(_LONGEST_API_US, self.rpi_us)
         for api_us, way in ((agreed.o_to_t_api_us, "to"), (agreed.t_to_o_api_us, "from")):
             if not _SHORTEST_API_US <= api_us <= longest_us:
                 every, asked = format_us(api_us), format_us(self.rpi_us)
-                return f"sets a packet {way} it every {every}, where every {asked} was asked for"
+                return f"sets a packet {way} it every {every} instead of every {asked}"
         return ""
 
     def _parameters(self, length: int) -> bytes:

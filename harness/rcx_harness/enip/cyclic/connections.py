@@ -30,10 +30,10 @@ IO_PORT = 2222
 """UDP port of class 0 and class 1 packets."""
 
 FIRST_PACKET_US = 10_000_000
-"""The first packet of a connection has at least 10 s (CIP volume 1, chapter 3)."""
+"""Shortest time limit of the first packet of a connection: 10 s (CIP volume 1, chapter 3)."""
 
 LONGEST_TIMEOUT_US = 0xFFFFFFFF * 512
-"""The greatest interval that can be requested, times the greatest multiplier."""
+"""The longest possible time-out: the greatest interval times the greatest multiplier."""
 
 RUN_IDLE_SIZE, SEQUENCE_SIZE = 4, 2
 """Bytes of the run/idle header and of the sequence count before the data of a packet."""
@@ -54,13 +54,13 @@ class OwnerState(IntEnum):
     """The state of the connection that owns the outputs (assembly 150)."""
 
     NONE = 0
-    """There has been none yet."""
+    """No connection has owned the outputs yet."""
     WAITING = 1
     """Open, but no packet of the master has come yet."""
     RUN = 2
     """Packets come, and the master's program runs."""
     IDLE = 3
-    """Packets come, but the master's program stands still: its data is not taken."""
+    """Packets come, but the master's program is stopped: its data is ignored."""
     TIMED_OUT = 4
     """The master has fallen silent; the connection is gone."""
     CLOSED = 5
@@ -68,12 +68,12 @@ class OwnerState(IntEnum):
 
 
 class EndReason(str, Enum):
-    """Why the process of the cyclic part has ended a connection by itself."""
+    """The reasons for which the cyclic process itself ends a connection."""
 
     TIMED_OUT = "timed out"
     """No packet came for the connection's time-out."""
     NO_OWNER = "no owner"
-    """A listen-only connection whose last companion of another kind has gone."""
+    """The last connection of another kind has ended, so a listen-only connection ends, too."""
     OFF = "off"
     """The adapter has been switched off (`LinkState.OFF`)."""
 

@@ -20,15 +20,15 @@ _MODULE = "rcx_harness.enip.cyclic.process"
 
 
 class CyclicControl(Closing):
-    """Class 1 connections of one device, served by a process of its own.
+    """The class 1 connections of one device, which a separate process serves.
 
     The process ends with `close`, or with its parent.
 
     Args:
         memory: Name of the `SharedImages` with the assemblies.
         port: UDP port, 0 for any free one.
-        on_ended: Called in a thread of its own with the number of each connection that ends by
-            itself, and the reason.
+        on_ended: Called in a separate thread for each connection that ends by itself, with its
+            number and the reason.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class CyclicControl(Closing):
             self._child.stop()
             raise EnipError(
                 f"cyclic I/O cannot use UDP port {port} of {host}: {self._child.started['error']}",
-                hint="end what uses the port (a program that binds 0.0.0.0 takes it of every "
+                hint="end the program that uses the port (a program on 0.0.0.0 uses it on every "
                 "address), or choose another address or port",
             )
         self.port = int(self._child.started["port"])
@@ -66,7 +66,7 @@ class CyclicControl(Closing):
 
     @property
     def failure(self) -> str:
-        """Return how the process ended by itself; empty while it runs, and after `close`."""
+        """Return how the process has ended by itself; empty while it runs and after `close`."""
         if self._closed or self.alive:
             return ""
         how = how_ended(self._child.wait_for_code())
@@ -77,11 +77,11 @@ class CyclicControl(Closing):
         self._order({"add": asdict(parameters)})
 
     def remove(self, number: int) -> None:
-        """Close a connection; one that has ended already does no harm."""
+        """Close a connection; do nothing if it has already ended."""
         self._order({"remove": number})
 
     def close(self) -> None:
-        """Stop the process; more than once does no harm."""
+        """Stop the process; do nothing if it is stopped already."""
         self._closed = True
         if self._child.process.poll() is None or self._reader.is_alive():
             self._child.stop()

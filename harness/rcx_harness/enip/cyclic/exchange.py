@@ -7,9 +7,9 @@ the packet interval, and a consumer judges the packets of the other direction.
 A packet has two items of the common packet format. The first is the sequenced address: the
 connection id and a sequence number of 32 bits, which grows with every packet. The second is the
 connected data: a sequence count of 16 bits, which grows only with new data, then (from the
-originator) the run/idle header of 32 bits, then the data. So a receiver recognises lost packets by
-the number and unchanged data by the count. Rules: CIP volume 1, chapter 3, transport class 1 and
-connection timing; EtherNet/IP adaptation (volume 2), chapter 3.
+originator) the run/idle header of 32 bits, then the data. A receiver thus recognises lost packets
+by the number, and unchanged data by the count. Rules: CIP volume 1, chapter 3, transport class 1
+and connection timing; EtherNet/IP adaptation (volume 2), chapter 3.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ _RUN = 1
 
 
 class Packet(NamedTuple):
-    """One packet, taken apart.
+    """One decoded packet.
 
     Attributes:
         connection_id: Identifier of the connection that it belongs to.
@@ -76,7 +76,7 @@ class Packet(NamedTuple):
 
 
 def decode_packet(datagram: bytes) -> Packet | None:
-    """Take a datagram apart; None if it is not a packet of class 1."""
+    """Decode a datagram; return None if it is not a packet of class 1."""
     if len(datagram) < _HEADER.size:
         return None
     items, address, size, identifier, number, kind, length = _HEADER.unpack_from(datagram)
@@ -93,7 +93,7 @@ class Producer:
         size: Bytes of data, without sequence count and header.
 
     Attributes:
-        number: Sequence number of the last packet; the count continues from it.
+        number: Sequence number of the last packet; the next packet has the number after it.
     """
 
     def __init__(
@@ -136,7 +136,7 @@ class Producer:
         """Set the time of the next packet on the grid of the interval; skip times that have passed.
 
         Returns:
-            How many packets fell out because their time had passed.
+            How many packets were skipped because their time had passed.
         """
         skipped = max(0, now_us - self.due_us) // self.api_us
         self.due_us += (skipped + 1) * self.api_us
@@ -147,7 +147,7 @@ class Arrival(NamedTuple):
     """An accepted packet.
 
     Attributes:
-        data: The application's data; None if the packet repeats data or is idle.
+        data: The application's data; None if the packet repeats old data or is idle.
         run: Whether the program at the other end runs.
         missing: The number of lost packets before this one.
     """
@@ -161,7 +161,7 @@ class Consumer:
     """Judges the packets of one connection id.
 
     Args:
-        size: Bytes of data expected; 0: a heartbeat, with or without a sequence count.
+        size: Expected bytes of data; 0: a heartbeat, with or without a sequence count.
         timeout_us: Longest silence between two packets; the first packet may take at least 10 s.
         first_us: Upper limit of the wait for the first packet, for connections with a long
             time-out.
@@ -191,10 +191,10 @@ class Consumer:
         return max(self._lengths)
 
     def take(self, number: int, content: bytes, now_us: int) -> Arrival | Drop:
-        """Take a packet of this connection.
+        """Process a packet of this connection.
 
-        The first packet may have any number. From then on a number counts as the next one up to
-        `WINDOW` ahead, also across the end of its 32 bits.
+        The first packet may have any number. After it, a number is valid if it is at most `WINDOW`
+        ahead of the last number, also across the end of the 32 bits.
 
         Returns:
             The arrival, or the reason why the packet is dropped. A dropped packet does not restart
@@ -216,7 +216,7 @@ class Consumer:
             return Arrival(None, True, missing)
         run = not self._run_idle or bool(content[_COUNT.size] & _RUN)
         if not run:
-            # The first packet after a loss is new, whatever its count.
+            # The first packet after a loss counts as new data, even with an unchanged count.
             self._count = None
             return Arrival(None, False, missing)
         (count,) = _COUNT.unpack_from(content)
@@ -232,7 +232,7 @@ _REPLY_FIRST_US = 10_000
 
 
 class Role(str, Enum):
-    """The end of the connection that this is."""
+    """The ends of a connection."""
 
     TARGET = "target"
     ORIGINATOR = "originator"
@@ -253,7 +253,7 @@ class _Production:
     destination: tuple[str, int]
     dscp: int
     users: dict[int, int]
-    """Number and interval of each."""
+    """Interval of each connection by its number."""
 
 
 class Exchange:
@@ -291,8 +291,8 @@ class Exchange:
     def add(self, parameters: ConnectionParameters, now_us: int) -> None:
         """Open a connection.
 
-        A scanner's first packet is due at once. The target's must not arrive before the reply to
-        the Forward Open, in which the scanner learns of the connection: it comes a little later.
+        A scanner sends its first packet at once. A target sends its first packet a little later,
+        because it must not arrive before the reply to the Forward Open.
         """
         connection = _Connection(parameters, self._consumer(parameters, now_us))
         self._connections[parameters.number] = connection
@@ -330,7 +330,7 @@ class Exchange:
         """Process a received packet.
 
         Returns:
-            False if the datagram is not a packet, or no connection has its id. Nothing is counted
+            False if the datagram is not a packet, or if no connection has its id; it is not counted
             then.
         """
         packet = decode_packet(datagram)
@@ -342,7 +342,7 @@ class Exchange:
             arrival = Drop.LENGTH
             if packet.content is not None:
                 arrival = connection.consumer.take(packet.number, packet.content, now_us)
-            # After the first packet the time-out is shorter.
+            # The time limit of the first packet was longer than the time-out that now applies.
             end_us = connection.consumer.deadline_us
             if self._due_us is None or end_us < self._due_us:
                 self._due_us = end_us
@@ -393,7 +393,8 @@ class Exchange:
     def _produce(self, production: _Production, now_us: int, send: Send) -> None:
         producer = production.producer
         run = self._images.run
-        # Read the version first: data written in between then count as new again, not as sent.
+        # Read the version first. Data that is written in between is then sent again as new data; in
+        # the other order it would be missed.
         version = self._source.version
         if producer.is_new(version, run):
             producer.renew(self._source.read(), version, run)
@@ -453,7 +454,7 @@ class Exchange:
     def _is_watched(self, parameters: ConnectionParameters) -> bool:
         """Return whether the state of this connection is published.
 
-        A target publishes the state of its owner; a scanner that of every connection.
+        A target publishes the state of its owner; a scanner publishes the state of its connection.
         """
         return parameters.is_owner or not self._is_target
 

@@ -1,8 +1,8 @@
 """The events of connections, in memory that several processes share.
 
-One process writes, and any may read. The writer never waits for a reader. A record is written
-into the next of a few slots and then published by its number. A reader that is too slow misses
-records, and learns how many.
+One process writes, and any process may read. The writer never waits for a reader. It writes a
+record into the next of a few slots and then publishes its number. A reader that is too slow misses
+records, and `Read` tells how many.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _LENGTH = struct.Struct("=H")
 
 
 class Read(NamedTuple):
-    """The answer to a reader.
+    """The result of reading a journal.
 
     Attributes:
         lost: How many records were overwritten before they could be read.
@@ -37,7 +37,7 @@ class Journal:
     """A ring of short records.
 
     Args:
-        memory: Its part of the shared memory, `NEEDS` bytes, all zero at first.
+        memory: The part of the shared memory for it: `NEEDS` bytes, initially zero.
     """
 
     NEEDS = _WORD + _SLOTS * _SLOT
@@ -48,7 +48,7 @@ class Journal:
         self._read = 0
 
     def write(self, record: Mapping[str, Any]) -> None:
-        """Publish a record; a text in it that is too long for a slot is an error of ours."""
+        """Publish a record; the caller ensures that its text fits into a slot."""
         data = json.dumps(record, separators=(",", ":")).encode()
         number = self._written[0]
         at = number % _SLOTS * _SLOT
@@ -58,13 +58,13 @@ class Journal:
         self._written[0] = number + 1
 
     def read(self) -> Read:
-        """Return the entries since the last call in this process."""
+        """Return the records since the last call in this process."""
         first, last = self._read, self._written[0]
         if first == last:
             return Read([], 0)
         self._read = last
         copies = [self._slot(number) for number in range(first, last)[-_SLOTS:]]
-        # While they were copied, the writer may have gone on to the oldest of these slots.
+        # During the copy the writer may have overwritten the oldest of these slots.
         oldest = self._written[0] - _SLOTS + 1
         whole = copies[max(0, oldest - (last - len(copies))) :]
         records = [json.loads(each[_LENGTH.size :][: _length(each)]) for each in whole]
@@ -90,8 +90,7 @@ class ConnectionEvent:
 
     Attributes:
         at_us: Time by the clock of `shared.now_us`.
-        state: `waiting` (just opened), `run`, `idle`; or how it has ended: `closed`, or one of
-            `EndReason`.
+        state: `waiting` (just opened), `run` or `idle`; after its end `closed` or an `EndReason`.
         readers: Number of open connections that write nothing.
     """
 
@@ -111,7 +110,7 @@ class ConnectionEvent:
 
 @dataclass(frozen=True)
 class RefusedOpen:
-    """A refused Forward Open: its time, the requester, the request, and the reason in words."""
+    """A refused Forward Open: its time, the requester, and a sentence with request and reason."""
 
     at_us: int
     text: str

@@ -1,9 +1,9 @@
 """The process of the cyclic part: one UDP socket, class 1 packets in and out, nothing else.
 
-Started by `rcx_harness.enip.cyclic.control` with its settings as JSON. Says on standard output
-where it listens, or why it cannot, and which connections have ended; takes its orders from
-standard input, one JSON object a line, and ends when that does, that is with its parent at the
-latest. It has a process of its own because a thread beside others misses its times.
+`rcx_harness.enip.cyclic.control` starts it with its settings as JSON. On standard output it reports
+where it listens (or why it cannot) and which connections have ended. It reads orders from standard
+input, one JSON object per line, and ends when standard input ends, at the latest with its parent.
+It is a separate process because a thread among others would miss its deadlines.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ __all__ = ["BEAT_US", "main"]
 
 _DATAGRAM = 2048
 _LOOK_US = 50_000
-"""The link's state is looked at least that often while there are connections."""
+"""Longest time between two checks of the link state while there are connections."""
 BEAT_US = 250_000
-"""Without connections it shows that it is alive at least so often."""
+"""Longest time between two signs of life while there are no connections."""
 _AT_ONCE = 128
-"""Most packets that are read before due packets are sent, so that a flood delays nothing."""
+"""Number of packets that may be read before due packets are sent, so a flood cannot delay these."""
 _TTL = 1
 
 
@@ -94,7 +94,7 @@ class _Cyclic:
                 datagram, (host, _) = self._socket.recvfrom(_DATAGRAM)
             except BlockingIOError:
                 return
-            except OSError:  # a peer that no longer listens
+            except OSError:  # an earlier packet went to a peer that no longer listens
                 continue
             at_us = now_us()
             if self._images.link is LinkState.UP:
@@ -105,7 +105,7 @@ class _Cyclic:
     def _take(self, datagram: bytes, host: str, at_us: int) -> None:
         if self._exchange.receive(datagram, host, at_us):
             return
-        # Its connection may have been added a moment ago.
+        # The order that adds its connection may be waiting.
         if not (self._obey() and self._exchange.receive(datagram, host, now_us())):
             self._images.drop(Drop.UNKNOWN)
 
@@ -115,7 +115,7 @@ class _Cyclic:
             self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_TOS, dscp << 2)
         try:
             self._socket.sendto(packet, destination)
-        except OSError:  # no route, no buffer: a packet that is lost, as others are
+        except OSError:  # no route or no buffer: the packet counts as lost on the network
             return
 
     def _obey(self) -> bool:
@@ -150,15 +150,15 @@ def main(argument: str) -> None:
     settings = json.loads(argument)
     try:
         images = SharedImages.attach(settings["memory"])
-    except FileNotFoundError:  # the parent has ended meanwhile, and taken it along
+    except FileNotFoundError:  # the parent has ended meanwhile, and its memory with it
         return
     with images:
         try:
             cyclic = _Cyclic(images, settings["host"], settings["port"], Role(settings["role"]))
-        except (OSError, OverflowError, UnicodeError) as error:  # also: no port, no host name
+        except (OSError, OverflowError, UnicodeError) as error:  # also: bad port or host name
             tell({"error": str(error)})
             return
-        gc.disable()  # the loop makes no cycles
+        gc.disable()  # the loop creates no reference cycles, so no collection is needed
         be_punctual("first")
         tell({"port": cyclic.port})
         cyclic.run()

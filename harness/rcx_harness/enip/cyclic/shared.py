@@ -1,6 +1,6 @@
 """The two assemblies and the state of their connection, in memory that several processes share.
 
-No process waits for another. A writer writes an image into the next of a few slots and then
+No process waits for another process. A writer writes an image into the next of a few slots and then
 publishes the number of the slot. A reader therefore always gets a complete image, even while the
 next one is being written, and even if the writer dies in the middle of it. State and counters are
 single words of 64 bits, which are stored and loaded as a whole.
@@ -35,7 +35,7 @@ __all__ = [
 ]
 
 GAPS = 8192
-"""Number of saved gaps between packets, the latest ones."""
+"""Number of gaps between packets that are saved; the oldest gap is overwritten."""
 
 _SLOTS = 8
 _WORD = 8
@@ -48,13 +48,13 @@ class LinkState(IntEnum):
     CUT = 1
     """The cable is unplugged: nothing is sent, nothing arrives, connections time out."""
     OFF = 2
-    """The adapter has no power: it has forgotten its connections."""
+    """The adapter has no power and has no connections any more."""
 
 
 class Word(IntEnum):
     """Words of the status block; most are written by the process of the cyclic exchange."""
 
-    SIZE = 0  # once, by the creator
+    SIZE = 0  # written once, by the creator
     LINK = 1  # by the parent
     RUN = 2  # by the scanner
     OWNER = 3  # generation << 8 | OwnerState
@@ -74,7 +74,8 @@ class Word(IntEnum):
     TO_ROBOT_SIZE = 17  # once, by the creator
     CYCLIC_ALIVE = 18  # monotonic clock in microseconds
     ADAPTER_ALIVE = 19  # the same, by the adapter's process
-    WRONG_LENGTH = 20  # bytes of the connected data of the last packet that was dropped for them
+    # bytes of the connected data in the last packet that was dropped for its length
+    WRONG_LENGTH = 20
     RIGHT_LENGTH = 21  # bytes that its connection expects
     DROPPED = 22  # one word for each `Drop`, in their order
 
@@ -85,7 +86,7 @@ class Drop(IntEnum):
     text: str
 
     def __new__(cls, number: int, text: str) -> Drop:
-        """Return the member; `text` continues "12 packets"."""
+        """Return the member; `text` follows the words "12 packets"."""
         member = int.__new__(cls, number)
         member._value_ = number
         member.text = text
@@ -113,7 +114,7 @@ class Status:
         peer: IPv4 address of the owner, empty without one.
         o_to_t_api_us: Packet interval of the owner in microseconds, 0 without one.
         t_to_o_api_us: Packet interval to the owner in microseconds, 0 without one.
-        drops: Dropped packets for each `Drop`, in their order.
+        drops: Number of dropped packets for each `Drop`, in the order of its members.
         wrong_length: Bytes of connected data in the last packet dropped for its length.
         right_length: Bytes that its connection expects.
         missing: Lost packets, according to the sequence numbers.
@@ -150,8 +151,8 @@ class Status:
 def drops_text(status: Status, drops: Sequence[int] | None = None, *, numbers: bool = True) -> str:
     """Return the number of dropped packets for each reason; empty if no packet was dropped.
 
-    `drops` are numbers for each `Drop`, in their order, that replace those of the status. With
-    `numbers` the text has the numbers, too.
+    `drops` has a number for each `Drop`, in the order of its members; default: those of the status.
+    With `numbers` the text has the numbers, too.
     """
     texts = []
     for reason, number in zip(Drop, status.drops if drops is None else drops, strict=True):
@@ -248,7 +249,8 @@ class SharedImages(Closing):
     def create(cls, size: int, to_robot_size: int | None = None) -> SharedImages:
         """Return new memory, all zero; its creator must call `unlink`.
 
-        `size` is that of assembly 100; assembly 150 has the same if `to_robot_size` is None.
+        `size` is the size of assembly 100. If `to_robot_size` is None, assembly 150 has the same
+        size.
         """
         other = size if to_robot_size is None else to_robot_size
         needs = _WORDS * _WORD + GAPS * 4 + SharedImage.needs(size) + SharedImage.needs(other)
@@ -263,7 +265,7 @@ class SharedImages(Closing):
         """Return the memory that another process has created."""
         memory = SharedMemory(name)
         if not struct.unpack_from("=Q", memory.buf, Word.SIZE * _WORD)[0]:
-            memory.close()  # Windows gives memory of any name: this is nobody's
+            memory.close()  # Windows creates memory for an unknown name: nobody has initialised it
             raise FileNotFoundError(name)
         return cls(memory)
 
@@ -301,7 +303,7 @@ class SharedImages(Closing):
 
     @property
     def arrived_us(self) -> int:
-        """Return the time of the last accepted packet, on the monotonic clock [us]; 0 before it."""
+        """Return the time of the last accepted packet, on the monotonic clock [us]; 0: none yet."""
         return self._words[Word.ARRIVED]
 
     def status(self) -> Status:
@@ -340,11 +342,11 @@ class SharedImages(Closing):
         words[Word.OWNER] = ((words[Word.OWNER] >> 8) + 1) << 8 | state
 
     def count(self, counter: Word, number: int = 1) -> None:
-        """Add to a counter; for the process of the cyclic part."""
+        """Add to a counter; only the cyclic process calls it."""
         self._words[counter] += number
 
     def drop(self, reason: Drop) -> None:
-        """Count a packet that is not taken; for the process of the cyclic part."""
+        """Count a dropped packet; only the cyclic process calls it."""
         self._words[Word.DROPPED + reason] += 1
 
     def note_length(self, wrong: int, right: int) -> None:
@@ -356,15 +358,15 @@ class SharedImages(Closing):
         self._words[Word.WRONG_LENGTH], self._words[Word.RIGHT_LENGTH] = wrong, right
 
     def beat(self, part: Literal[Word.CYCLIC_ALIVE, Word.ADAPTER_ALIVE], now_us: int) -> None:
-        """Show that a process is alive."""
+        """Publish a sign of life of a process."""
         self._words[part] = now_us
 
     def heard_us(self, part: Literal[Word.CYCLIC_ALIVE, Word.ADAPTER_ALIVE]) -> int:
-        """Return when a process has shown last that it is alive, by the monotonic clock."""
+        """Return the time of the last sign of life of a process, on the monotonic clock."""
         return self._words[part]
 
     def arrive(self, now_us: int, gap_us: int | None) -> None:
-        """Count an accepted packet and save the gap before it; for the cyclic process."""
+        """Count an accepted packet and save the gap before it; only the cyclic process calls it."""
         words = self._words
         words[Word.RECEIVED] += 1
         words[Word.ARRIVED] = now_us

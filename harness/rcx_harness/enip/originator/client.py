@@ -1,4 +1,4 @@
-"""A small scanner: explicit messages to one adapter, one at a time."""
+"""A client for explicit messages to one adapter, one message at a time."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ _CHUNK = 65536 + HEADER_SIZE
 class Client(Closing):
     """A registered session with an adapter.
 
-    Any failure other than a refusal closes the connection, because answers could no longer be
-    assigned to requests.
+    Any failure except a refusal closes the connection, because a late answer could be taken for the
+    answer to the next request.
 
     Args:
         timeout_s: Longest wait for the connection and for each answer, in seconds.
         source: IPv4 address of this machine from which to connect; empty: the system chooses.
 
     Raises:
-        EnipError: no connection, no answer in time, or not an answer of the protocol; from every
-            method too.
+        EnipError: no connection, no answer in time, or an invalid answer; every method raises it,
+            too.
     """
 
     def __init__(
@@ -59,12 +59,13 @@ class Client(Closing):
         self._session = 0
         try:
             self.socket = socket.create_connection((host, port), timeout_s, (source, 0))
-        except (OSError, OverflowError, UnicodeError) as error:  # also: no port, no host name
+        except (OSError, OverflowError, UnicodeError) as error:  # also: bad port or host name
             raise EnipError(
                 f"no connection to the EtherNet/IP adapter at {self._name}: {error}",
                 hint="check that it is running and that this is its address",
             ) from error
-        # An exchange is one small segment each way; waiting to fill it would cost 40 ms.
+        # Each message is one small segment. Without this option the system waits up to 40 ms to
+        # fill it.
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         version = struct.pack("<HH", PROTOCOL_VERSION, 0)
         self._session = self._exchange(Command.REGISTER_SESSION, version).session
@@ -121,13 +122,13 @@ class Client(Closing):
         return reply, content[1]
 
     def close(self) -> None:
-        """End the session and the connection; more than once does no harm."""
+        """End the session and the connection; do nothing if they have ended."""
         if self.socket.fileno() == -1:
             return
         try:
             self.socket.sendall(Frame(Command.UNREGISTER_SESSION, self._session).encode())
         except OSError:
-            pass  # the other side was quicker
+            pass  # the adapter has already closed the connection
         finally:
             self.socket.close()
 

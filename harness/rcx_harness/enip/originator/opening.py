@@ -1,4 +1,4 @@
-"""Opening of a connection: again after every loss, with remedies for refusals."""
+"""The opening of a connection: once more after each loss, and with remedies for refusals."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ _SIZES = (
     ExtendedStatus.T_TO_O_SIZE,
 )
 _INTERVALS = (ExtendedStatus.RPI_NOT_SUPPORTED, ExtendedStatus.RPI_NOT_ACCEPTABLE)
-#: The option that a remedy needs, if any, and the remedy: not every command has every option.
+#: The remedy by status, with the option that it needs: some commands do not have the option.
 _REMEDIES: dict[int, tuple[str, str]] = {
-    ExtendedStatus.CONNECTION_NOT_FOUND: ("", "it has lost the connection, too"),
+    ExtendedStatus.CONNECTION_NOT_FOUND: ("", "the adapter has already closed the connection"),
     ExtendedStatus.ONLY_LISTENERS: (
         "--listen-only",
         "no other connection is open; leave --listen-only out",
@@ -59,11 +59,12 @@ class Opener:
     """Keeps one connection open by opening it again after every loss.
 
     Args:
-        first_s: Longest wait for the first packet, in seconds; None: the connection's own limit.
+        first_s: Longest wait for the first packet, in seconds; None: the limit of the connection.
 
     Attributes:
         wanted: Whether a lost connection is opened again. An open connection stays open.
-        scanner: The scanner that was opened last, lost or not; None before the first.
+        scanner: The scanner that was opened last, even if its connection is lost; None before the
+            first.
         reason: Why the last attempt failed; empty if it succeeded.
     """
 
@@ -80,7 +81,7 @@ class Opener:
     def start(
         self, look_s: float, retry_s: float = 0.0, on_died: Callable[[], None] = lambda: None
     ) -> None:
-        """Keep the connection open from now on, in a separate thread that does all waiting.
+        """Start a thread that keeps the connection open; only this thread waits for the adapter.
 
         The thread checks the connection every `look_s` seconds and waits `retry_s` more after a
         failed attempt. It calls `on_died` if it ends by itself.
@@ -99,13 +100,13 @@ class Opener:
         self._thread.start()
 
     def end(self) -> None:
-        """End the thread, not the connection; more than once does no harm."""
+        """End the thread, but not the connection; do nothing if the thread has ended."""
         self._ended.set()
         if self._thread is not None:
             self._thread.join()
 
     def open(self) -> None:
-        """Open the connection, and replace any connection before."""
+        """Open the connection; an earlier connection is replaced."""
         self.reason = ""
         self.scanner = self._opened()
         self._until_s = time.monotonic() + self._first_s
@@ -120,7 +121,7 @@ class Opener:
             except (
                 InputError,
                 OSError,
-            ) as error:  # it is off, or has not noticed the loss yet
+            ) as error:  # the adapter is off, or has not noticed the loss yet
                 self.reason = str(error)
                 return False
         return True
@@ -153,7 +154,7 @@ def refusal_hint(error: CipError, size: int, options: Collection[str]) -> str:
     code = error.extended[0] if error.extended else 0
     if code == ExtendedStatus.OWNERSHIP_CONFLICT:
         beside = ", or leave --write out" if "--write" in options else ""
-        return f"another master has it: disconnect that first{beside}"
+        return f"another master owns the robot: disconnect that master first{beside}"
     if code in _SIZES:
         if size in AREA_SIZES:
             return f"its areas have another size: try --size {sum(AREA_SIZES) - size}"
@@ -165,7 +166,7 @@ def refusal_hint(error: CipError, size: int, options: Collection[str]) -> str:
 
 
 def _interval_hint(extended: tuple[int, ...]) -> str:
-    """Return the interval to request; the words of a refusal may name it (see admission.py)."""
+    """Return the hint for the interval, from the words of the refusal (see admission.py)."""
     if len(extended) < 6:
         return "try --rpi 10ms"
     kinds = (extended[1] & 0xFF, extended[1] >> 8)

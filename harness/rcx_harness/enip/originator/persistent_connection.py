@@ -12,21 +12,22 @@ from structured_text.errors import InputError
 
 __all__ = ["WAITS", "PersistentConnection"]
 
-WAITS = "packets have not come yet"
+WAITS = "no packets have arrived yet"
 
 
 class PersistentConnection:
     """An exclusive-owner connection that is opened again after every loss.
 
-    Reading and writing never wait; the thread of the opener does all waiting. Each new connection
-    begins with zeros, because its first packet must not request anything.
+    Reading and writing never wait; only the thread of the opener waits. Each new connection begins
+    with zeros, because its first packet must not request anything.
 
     Args:
-        connect: Returns a new scanner; raises EnipError if the adapter does not answer.
+        connect: Function that returns a new scanner, or raises EnipError if the adapter does not
+            answer.
         options: Options of the command that a hint in a message may name.
 
     Attributes:
-        opener: Opens the connection, and opens it again after a loss.
+        opener: The object that opens the connection again after each loss.
     """
 
     def __init__(
@@ -71,7 +72,7 @@ class PersistentConnection:
                 self._scanner.write(image, valid_us=valid_us)
 
     def look(self) -> tuple[ScannerStatistics, int | None] | None:
-        """Return packet figures and the age of the last packet [us]; None without a scanner."""
+        """Return packet counters and the age of the last packet [us]; None without a scanner."""
         with self._lock:
             scanner = self._scanner
             return None if scanner is None else (scanner.statistics(), scanner.read().age_us)

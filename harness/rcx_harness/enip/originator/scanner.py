@@ -1,4 +1,4 @@
-"""A scanner: opens a class 1 connection as a PLC does, sends and receives at its packet interval.
+"""A scanner, which opens a class 1 connection and exchanges packets, as a PLC does.
 
 A separate process (`cyclic.process`) sends and receives the packets, so that work of the caller
 does not disturb their intervals.
@@ -46,10 +46,10 @@ class Assemblies:
     """The assemblies of one connection; by default those of a controller with 48 bytes.
 
     Args:
-        input_instance: Instance of the adapter (connection point) to receive from.
+        input_instance: Connection point of the adapter to receive from.
         heartbeat: Connection point that Input Only and Listen Only connections name instead of the
-            output; None for the usual one.
-        configuration: Configuration instance to name, None for none.
+            output; None: the usual connection point.
+        configuration: Configuration instance to name; None: no instance.
         configuration_data: Data for it, an even number of bytes.
     """
 
@@ -80,7 +80,7 @@ class Assemblies:
 def no_packet(drops: str, within_s: float) -> EnipError:
     """Return the error for an open connection on which no packet was accepted.
 
-    `drops` says why packets were dropped, as `Scanner.drops` does.
+    `drops` has the reasons for dropped packets, from `Scanner.drops`.
     """
     if drops:
         return EnipError(
@@ -95,7 +95,7 @@ def no_packet(drops: str, within_s: float) -> EnipError:
 
 
 _HEARTBEATS = {kind: point for point, kind in KINDS.items()}
-_LARGEST_PLAIN = 0x1FF  # of a connection that needs no Large Forward Open
+_LARGEST_PLAIN = 0x1FF  # longest connection size without Large Forward Open
 _SCHEDULED_DSCP = 47
 _VENDOR = 0
 _NAMES = {
@@ -122,7 +122,7 @@ class Received:
 
 @dataclass(frozen=True)
 class ScannerStatistics:
-    """Packets since the scanner was made; gaps between arrivals in microseconds, 0 without any."""
+    """Packet counters since the creation of the scanner; gaps between packets [us], 0: none."""
 
     sent: int
     received: int
@@ -138,7 +138,7 @@ class Scanner(Closing):
     """A connection to an adapter, with the session that opens it.
 
     Args:
-        size: Bytes of each of the controller's areas, 48 or 256; or any other `Assemblies`.
+        size: Bytes of each area of the controller (48 or 256), or an `Assemblies` object.
         rpi_us: Requested packet interval in microseconds.
         kind: Application type. Only an exclusive owner sends data, the others send a heartbeat.
         multiplier: Connection time-out multiplier as coded: 0 to 7 for 4 to 512 intervals.
@@ -148,14 +148,14 @@ class Scanner(Closing):
     Attributes:
         shared: Both areas, and the state of the cyclic connection.
         client: The session, for other requests. The connection survives the end of the session.
-        connection: The agreed parameters, also after a loss; None before the first and after
+        connection: The agreed parameters, also after a loss; None before the first `open` and after
             `close`.
         ended: Why the connection has ended by itself; None while it is open and after `close`.
 
     Raises:
-        InputError: a size that the controller does not have, an interval or a multiplier that
-            cannot be requested.
-        EnipError: the adapter is not there, or our UDP port is taken.
+        InputError: the controller does not have the size, or the interval or multiplier cannot be
+            requested.
+        EnipError: the adapter does not answer, or our UDP port is in use.
     """
 
     def __init__(
@@ -199,17 +199,18 @@ class Scanner(Closing):
             self.client.close()
             raise
         finally:
-            # The process has opened the memory. Without a name, nothing remains after the end.
+            # The process has opened the memory. Once its name is removed, the system frees it at
+            # the end.
             self.shared.unlink()
 
     def open(self) -> None:
-        """Open the connection; one that is open or lost is closed before.
+        """Open the connection; an open or lost connection is closed before.
 
         Raises:
             CipError: the adapter refused; `status` and `extended` say why.
             EnipError: the adapter does not answer.
         """
-        with suppress(CipError):  # the adapter has lost it, too
+        with suppress(CipError):  # the adapter has closed the connection, too
             self.close_connection()
         self.shared.link = LinkState.UP
         request = self._new_request()
@@ -222,7 +223,7 @@ class Scanner(Closing):
         self._request = request
         agreed = decode_open_reply(reply)
         if agreed is None or (problem := request.problem(agreed)):
-            with suppress(EnipError):  # it may think that the connection is open
+            with suppress(EnipError):  # the adapter may still count the connection as open
                 self.close_connection()
             text = "is too short" if agreed is None else problem
             raise EnipError(
@@ -269,15 +270,16 @@ class Scanner(Closing):
 
     @property
     def failure(self) -> str:
-        """Return how that process ended by itself; empty while it runs."""
+        """Return how that process has ended by itself; empty while it runs."""
         return self._control.failure
 
     def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None:
         """Set the data and run state from the next packet on.
 
-        `image` is the complete assembly 150. Without `run` the packets carry the idle state, which
-        makes the data void. If `write` is not called again within `valid_us` microseconds, the
-        packets stop: data of a program that hangs must not stay valid. None: they never stop.
+        `image` is the complete assembly 150. Without `run` the packets carry the idle state, so the
+        adapter ignores their data. If `write` is not called again within `valid_us` microseconds,
+        the packets stop, because data of a program that hangs must not stay valid. With None they
+        never stop.
         """
         self.shared.to_robot.write(image)
         self.shared.run = run
@@ -321,7 +323,7 @@ class Scanner(Closing):
         """Close the connection by Forward Close; without one nothing happens.
 
         Raises:
-            CipError: the adapter refused: it had lost the connection before, for example.
+            CipError: the adapter refused, for example because it had already closed the connection.
             EnipError: the adapter does not answer.
         """
         request = self._request
@@ -330,8 +332,8 @@ class Scanner(Closing):
             self._ask(request.forward_close())
 
     def close(self) -> None:
-        """Close connection and session and end the process; more than once does no harm."""
-        with suppress(EnipError):  # it is closed, whatever the adapter thinks of it
+        """Close connection and session, and end the process; do nothing if they are closed."""
+        with suppress(EnipError):  # our end is closed, even if the adapter refuses
             self.close_connection()
         self.client.close()
         self._control.close()
@@ -340,14 +342,14 @@ class Scanner(Closing):
     def _forget(self) -> None:
         """Discard our end of the connection."""
         if self.connection is not None:
-            with suppress(EnipError):  # its process has ended, and the connection with it
+            with suppress(EnipError):  # the process has ended, and the connection with it
                 self._control.remove(self.connection.number)
         self.connection = self._request = None
 
     def _ask(
         self, message: bytes, *items: tuple[int, bytes]
     ) -> tuple[bytes, list[tuple[int, bytes]]]:
-        """Exchange a request; in a new session if the adapter has closed the old one."""
+        """Exchange a request, in a new session if the adapter has closed the old session."""
         try:
             try:
                 reply, answered = self.client.exchange(message, *items)

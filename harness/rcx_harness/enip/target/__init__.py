@@ -1,1 +1,1 @@
-"""The target: the adapter, its objects, connections and servers."""
+"""The target of connections: the adapter with its objects, connections and servers."""

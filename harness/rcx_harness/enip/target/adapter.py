@@ -20,7 +20,7 @@ MODULE = "rcx_harness.enip.target.adapter_process"
 
 
 class Adapter(Closing):
-    """A virtual controller's EtherNet/IP interface, in a process of its own.
+    """A virtual controller's EtherNet/IP interface, in a separate process.
 
     It serves explicit messages to the Assemblies 100 (robot to master) and 150 (master to robot;
     manual chapter 1, section 4) and to the objects around them. It answers device searches, and
@@ -65,7 +65,8 @@ class Adapter(Closing):
             self.shared.close()
             raise
         finally:
-            # All sides have opened the memory. Without a name, nothing remains after the end.
+            # All processes have opened the memory. Once its name is removed, the system frees it at
+            # the end.
             self.shared.unlink()
         started = self._child.started
         if "port" not in started:
@@ -86,13 +87,13 @@ class Adapter(Closing):
 
     @property
     def failure(self) -> str:
-        """Return which part ended by itself, and how; empty while all run, and after `close`."""
+        """Return which process has ended by itself, and how; empty if none has."""
         if not self._failure and not self._closed and not self.alive:
             self._failure = self._find_failure()
         return self._failure
 
     def read_to_robot(self) -> bytes:
-        """Return assembly 150, as the master wrote it last."""
+        """Return assembly 150, as the master has written it last."""
         return self.shared.to_robot.read()
 
     def write_to_master(self, image: bytes) -> None:
@@ -100,14 +101,14 @@ class Adapter(Closing):
         self.shared.to_master.write(image)
 
     def close(self) -> None:
-        """Stop the process and free the memory; more than once does no harm."""
+        """Stop the process and free the memory; do nothing if this is done."""
         self._closed = True
         self._child.stop()
         self._child.reports.close()
         self.shared.close()
 
     def wait_for_failure(self) -> str:
-        """Wait a moment for the process to end, and return `failure`."""
+        """Wait briefly for the end of the process, and return `failure`."""
         if not self._closed:
             self._child.wait_for_code()
         return self.failure
@@ -120,7 +121,7 @@ class Adapter(Closing):
 
 
 def _refused(started: dict[str, Any], where: str) -> EnipError:
-    """Return the error of a process that has not begun to listen."""
+    """Return the error for a process that could not listen."""
     if "refused" in started:
         return EnipError(started["refused"])
     return EnipError(

@@ -41,7 +41,7 @@ __all__ = ["main"]
 
 _LOOK_S, _LOOKS_PER_CHECK = 0.05, 20
 _LONGEST_TEXT = 900  # longest text in a record of the journal
-_TRIES = 20  # for a port that is free for TCP and UDP
+_TRIES = 20  # number of attempts to find a port that is free for both TCP and UDP
 
 
 def main(argument: str) -> None:
@@ -56,7 +56,7 @@ def main(argument: str) -> None:
     settings = json.loads(argument)
     try:
         shared = SharedImages.attach(settings["memory"])
-    except FileNotFoundError:  # the parent has ended meanwhile, and taken it along
+    except FileNotFoundError:  # the parent has ended meanwhile, and its memory with it
         return
     with shared:
         asyncio.run(_Adapter(settings, shared).run())
@@ -73,13 +73,13 @@ class _Adapter:
         self._failure = ""
 
     async def run(self) -> None:
-        """Serve until the parent has gone, or the cyclic part has ended by itself."""
+        """Serve until the parent or the cyclic process has ended."""
         self._loop = asyncio.get_running_loop()
         try:
             await self._start()
         except EnipError as error:
             tell({"refused": str(error)})
-        except (OSError, OverflowError, UnicodeError) as error:  # also: no port, no host name
+        except (OSError, OverflowError, UnicodeError) as error:  # also: bad port or host name
             tell({"error": str(error)})
         else:
             await self._until_parent_gone()
@@ -130,7 +130,7 @@ class _Adapter:
 
     def _start_cyclic(self, host: str, port: int) -> CyclicControl:
         def ended(number: int, reason: EndReason) -> None:
-            with suppress(RuntimeError):  # the loop may have ended before
+            with suppress(RuntimeError):  # the event loop may have ended before
                 self._loop.call_soon_threadsafe(self._ended, number)
 
         return CyclicControl(self._shared.name, host, port, ended)
@@ -166,7 +166,7 @@ class _Adapter:
                 pass
             self._loop.call_soon_threadsafe(parent_gone.set)
 
-        # A thread, because not every platform's event loop can wait for a pipe.
+        # In a thread, because the event loop of some platforms cannot wait for a pipe.
         threading.Thread(target=wait_for_parent, daemon=True).start()
         waiting = asyncio.create_task(parent_gone.wait())
         looking = asyncio.create_task(self._look())
@@ -177,13 +177,13 @@ class _Adapter:
         looking.cancel()
 
     def _lose_cyclic_part(self, device: Device) -> None:
-        """Publish the loss of the owner, because the cyclic process ended and cannot do it."""
+        """Publish the loss of the owner in place of the cyclic process, which has ended."""
         device.connections.forget_cyclic()
         if self._shared.owner in (OwnerState.WAITING, OwnerState.RUN, OwnerState.IDLE):
             self._shared.set_owner(OwnerState.TIMED_OUT, None)
 
     async def _look(self) -> None:
-        """Follow the link state, and check time-outs every second, until a part ends."""
+        """Follow the link state and check time-outs every second, until a process ends."""
         assert self._device is not None
         for turn in itertools.count():
             self._shared.beat(Word.ADAPTER_ALIVE, now_us())

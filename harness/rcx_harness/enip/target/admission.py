@@ -1,7 +1,7 @@
 """Checks of requests to open a connection: electronic keys, free places, parameters.
 
-These checks do not depend on the open connections. The order of the checks is our own choice; each
-refusal carries general status 0x01 and the extended status of CIP volume 1, chapter 3, 5.6.
+The order of the checks is our choice. Each refusal carries general status 0x01 and an extended
+status from CIP volume 1, chapter 3, 5.6.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def has_room(taken: Iterable[str], peer: str, places: int, of_peer: int) -> bool
     """Return whether an address may use one more place.
 
     `taken` has an address for each used place. The last eighth of the places is reserved for
-    addresses without a place, and one address may use at most `of_peer` places.
+    addresses that use no place yet, and an address may use at most `of_peer` places.
     """
     count = Counter(taken)
     own = count[peer]
@@ -72,7 +72,7 @@ MAX_EXPLICIT_SIZE = 4002
 _CYCLIC, _LAST_TRIGGER = 0, 2
 _MAX_MULTIPLIER = 7
 _HEARTBEATS = (0, SEQUENCE_SIZE, SEQUENCE_SIZE + RUN_IDLE_SIZE)
-# How the interval in the reply to 0x112 is meant.
+# Codes for the meaning of an interval in a refusal with 0x112.
 _ACCEPTABLE, _MINIMUM, _MAXIMUM, _REQUIRED = 0, 2, 3, 4
 
 
@@ -109,7 +109,7 @@ def check_transport(request: ForwardOpen) -> None:
 
 
 def check_explicit(request: ForwardOpen, path: ConnectionPath) -> None:
-    """Check an explicit connection: to the Message Router, of a size that we have.
+    """Check an explicit connection: its path to the Message Router and its size.
 
     Raises:
         Refusal: 0x12F, 0x127, 0x128, 0x112.
@@ -183,6 +183,6 @@ def _check_intervals(request: ForwardOpen, least: int, greatest: int) -> None:
 
 
 def _interval(o_to_t: int, o_to_t_us: int, t_to_o: int, t_to_o_us: int) -> Refusal:
-    """Return refusal 0x112 with acceptable values: a byte of meaning each, then two intervals."""
+    """Return refusal 0x112 with acceptable intervals: two bytes with their meanings, then both."""
     words = (number & 0xFFFF for us in (o_to_t_us, t_to_o_us) for number in (us, us >> 16))
     return refused(ExtendedStatus.RPI_NOT_ACCEPTABLE, o_to_t | t_to_o << 8, *words)

@@ -64,7 +64,7 @@ __all__ = [
 
 @dataclass
 class Origin:
-    """The sender of one request.
+    """The sender of a request, with the addresses of request and reply.
 
     Attributes:
         local: Our IPv4 address that the originator has used.
@@ -85,10 +85,10 @@ _OPENING = (ConnectionService.FORWARD_OPEN, ConnectionService.LARGE_FORWARD_OPEN
 
 
 class ExplicitConnection:
-    """One class 3 connection, as the server of its messages.
+    """A class 3 connection, which answers its messages.
 
-    A message that comes again with the same sequence count is answered with the same reply and
-    not carried out again.
+    A repeated message, which has the same sequence count, gets the same reply and is not executed
+    again.
 
     The connection ends with its session. Times are seconds of one monotonic clock.
     """
@@ -108,17 +108,17 @@ class ExplicitConnection:
         self._reply = b""
 
     def has_timed_out(self, now: float) -> bool:
-        """Return whether no message came for the time-out (at first, at least 10 s)."""
+        """Return whether no message came within the time-out; the first has at least 10 s."""
         return now >= self._deadline
 
     def answer(self, message: bytes, now: float, perform: Callable[[bytes], bytes]) -> bytes | None:
-        """Reply to a message, both with the sequence count first.
+        """Reply to a message; both begin with the sequence count.
 
         A message that is longer than the connection's size is answered with status 0x15. `perform`
         executes the CIP request and returns its reply.
 
         Returns:
-            The reply; None if the message is too short for one.
+            The reply; None if the message is too short to be answered.
         """
         if len(message) < SEQUENCE_SIZE + 2:
             return None
@@ -158,9 +158,9 @@ class ConnectionManager:
     Args:
         identity: Compared with the electronic keys of requests.
         cyclic: The cyclic exchange; None for an adapter with explicit connections only.
-        draw_id: Returns 32 random bits for each connection id. Nobody who knows some ids, even
-            those before the last start, may be able to guess another one.
-        on_refused: Called with a sentence for each refused Forward Open.
+        draw_id: Function that returns 32 random bits for a connection id. It must be impossible to
+            guess an id from other ids, including those before the last start.
+        on_refused: Function that is called with a sentence for each refused Forward Open.
         group: Multicast address to produce to.
     """
 
@@ -203,7 +203,7 @@ class ConnectionManager:
         return tuple(self._class1.values())
 
     def perform(self, request: Request, origin: Origin) -> bytes:
-        """Reply to Forward Open, Large Forward Open or Forward Close; 0x08 to all others."""
+        """Reply to (Large) Forward Open or Forward Close; reply 0x08 to other services."""
         asked = None
         opens = request.service in _OPENING
         try:
@@ -223,19 +223,19 @@ class ConnectionManager:
         return encode_reply(request.service, Status.SUCCESS, data)
 
     def explicit(self, connection_id: int, session: int) -> ExplicitConnection | None:
-        """Return the class 3 connection of this id if it belongs to this session and is alive."""
+        """Return the class 3 connection with this id if it is open and belongs to this session."""
         self.expire()
         found = self._explicit.get(connection_id)
         return found if found is not None and found.session == session else None
 
     def is_used_by(self, session: int) -> bool:
-        """Return whether a connection that this session has opened is alive, class 1 or 3."""
+        """Return whether this session has opened a connection (class 1 or 3) that is still open."""
         self.expire()
         explicit = {connection.session for connection in self._explicit.values()}
         return session in explicit | set(self._openers.values())
 
     def session_ended(self, session: int) -> None:
-        """Close the session's class 3 connections; those of class 1 continue."""
+        """Close the session's class 3 connections; its class 1 connections continue."""
         self._drop(lambda connection: connection.session == session)
 
     def expire(self) -> None:
@@ -359,7 +359,7 @@ class ConnectionManager:
 
     @staticmethod
     def _destination_port(multicast: bool, origin: Origin) -> int:
-        """Return the UDP port for our packets, which the originator may set for its own address."""
+        """Return the UDP port for our packets; an originator may set it for its own address."""
         item = origin.addresses.get(Item.T_TO_O_ADDRESS)
         if multicast or item is None:
             return IO_PORT
@@ -372,8 +372,9 @@ class ConnectionManager:
         self.expire()
         if request.triad not in self._peers:
             raise refused(ExtendedStatus.CONNECTION_NOT_FOUND)
-        # The triad alone names the connection. Scanners repeat its path, or send a route, the
-        # Connection Manager's own path or none at all (CIP volume 1, chapter 3, 5.5.3).
+        # The triad alone identifies the connection. The path is ignored, because scanners send the
+        # path of the connection, a route, the path of the Connection Manager or no path (CIP volume
+        # 1, chapter 3, 5.5.3).
         if self._peers[request.triad] != origin.peer:
             raise Refusal(Status.PRIVILEGE_VIOLATION)
         if request.triad in self._class1:
@@ -386,7 +387,7 @@ class ConnectionManager:
         number = self._class1[triad].number
         self._forget(triad)
         if self._cyclic is not None:
-            with suppress(EnipError):  # its process has ended, so the connection has
+            with suppress(EnipError):  # the cyclic process has ended, and the connection with it
                 self._cyclic.remove(number)
 
     def _forget(self, triad: Triad) -> None:
@@ -410,7 +411,7 @@ class ConnectionManager:
         return Facts(self._size, self._identity, self._options.rpi_min_us, owner, cyclic)
 
     def _new_id(self) -> int:
-        """Return an unused connection id; 0 is not an id."""
+        """Return an unused connection id other than 0."""
         taken = {0, *self._explicit}
         for each in self._class1.values():
             taken |= {each.o_to_t_id, each.t_to_o_id}

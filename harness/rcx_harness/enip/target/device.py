@@ -1,9 +1,9 @@
 """One device, composed of objects, connections and sessions, without sockets.
 
-A session is one TCP connection of a scanner: encapsulation commands in, answers out. Which command
-is answered how is chapter 2 of the EtherNet/IP adaptation of CIP (volume 2). A command that cannot
-be served gets a status; UnRegisterSession ends the connection, and so does a sender that says too
-much at once, too slowly, or nothing for too long.
+A session is one TCP connection of a scanner, with encapsulation commands and their answers. Source:
+EtherNet/IP adaptation of CIP (volume 2), chapter 2. A command that cannot be served is answered
+with an error status. UnRegisterSession ends the connection. A frame that is too long or too slow,
+and a long silence, end it as well.
 """
 
 from __future__ import annotations
@@ -43,15 +43,15 @@ from rcx_harness.enip.target.router import Router
 __all__ = ["IDLE_S", "MAX_SESSIONS", "SLOW_S", "Device", "Session"]
 
 SLOW_S = 10.0
-"""Longest time for one frame to arrive whole, in seconds."""
+"""Longest time between the first and the last byte of a frame, in seconds."""
 
 IDLE_S = 10.0
-"""A session that has been silent for this time gives way to a newcomer, if there is no room."""
+"""If there is no room for a new session, a session that was silent for this time is closed [s]."""
 
 
-#: Commands that need the session of the connection.
+#: Commands that need a registered session.
 _OF_SESSION = (Command.UNREGISTER_SESSION, Command.SEND_RR_DATA, Command.SEND_UNIT_DATA)
-#: Bytes of a header with the length of its data.
+#: Bytes of a header up to and including the length of the data.
 _LENGTH = slice(2, 4)
 
 
@@ -80,7 +80,7 @@ class Session:
         }
 
     def receive(self, data: bytes | memoryview) -> bytes:
-        """Take bytes as they come off the wire, whole frames or not; return all answers."""
+        """Process received bytes, with complete or incomplete frames; return all answers."""
         now = self._device.clock()
         if not self._received:
             self._started = now
@@ -88,13 +88,14 @@ class Session:
         answers = []
         while not self.ended and (frame := self._next()):
             self._started = self._last_frame = now
-            # The protocol has requests with a status or with options discarded without a word.
+            # The protocol demands that requests with a status or with options are discarded
+            # silently.
             if not frame.status and not frame.options and (answer := self._answer(frame)):
                 answers.append(answer)
         return b"".join(answer.encode() for answer in answers)
 
     def is_overdue(self) -> bool:
-        """Return whether nothing came for too long, or a frame takes too long to arrive."""
+        """Return whether nothing has arrived for too long, or a frame is taking too long."""
         now = self._device.clock()
         if self._received and now - self._started >= SLOW_S:
             return True
@@ -102,11 +103,11 @@ class Session:
         return limit > 0 and now - self._last_frame >= limit
 
     def gives_way(self) -> tuple[bool, float] | None:
-        """Return the rank by which sessions are closed for a new one; the lowest is closed.
+        """Return the rank for being closed in favour of a new session; the lowest rank is closed.
 
-        A connection without a session goes before one with a session, and the one that has been
-        silent for longest goes first. None if it must stay: it has opened a connection that lives,
-        or its last request is not long ago.
+        TCP connections without a session rank below those with a session; among equals, the longest
+        silence ranks lowest. None: it must stay, because it has an open connection or its last
+        request is recent.
         """
         if not self._handle:
             return False, self._last_frame
@@ -177,7 +178,7 @@ class Session:
             return frame.answer(status=EncapsulationStatus.INCORRECT_DATA)
         connection = self._device.connections.explicit(found[0], self._handle)
         if connection is None:
-            return None  # a connection that has ended meanwhile; its originator will notice
+            return None  # the connection has ended meanwhile; its originator will notice
         reply = connection.answer(
             found[1],
             self._device.clock(),
@@ -190,7 +191,7 @@ class Session:
 
 
 MAX_SESSIONS = 64
-"""One for each connection there can be (`servers`): who has a connection gets a session."""
+"""As many as TCP connections (`servers`), so each connection can have a session."""
 
 # Identity object, status word: bit 0, and bits 4 to 7 (volume 1, chapter 5, 2.2.1.5)
 _OWNED = 0x0001
@@ -202,13 +203,13 @@ class Device:
 
     Args:
         cyclic: The cyclic exchange; None for explicit messages only.
-        owner_state: Returns the state of the owner's cyclic connection.
+        owner_state: Function that returns the state of the owner's cyclic connection.
         draw_id: Returns 32 random bits for each connection id.
         on_refused: Called with a sentence for each refused Forward Open.
 
     Attributes:
-        listing: Answers the commands that need no session.
-        on_reset: Called after a reset of the device, to close all TCP connections.
+        listing: The object that answers the commands that need no session.
+        on_reset: Function that is called after a reset of the device, to close all TCP connections.
     """
 
     def __init__(

@@ -1,8 +1,8 @@
 """Discovery: the commands that need no session, over TCP and UDP, without sockets.
 
 A broadcast ListIdentity is answered after a random delay, because all devices on the network
-answer it (volume 2, chapter 2-4.2). The request gives the longest delay in milliseconds in the
-first two bytes of its sender context: 0 stands for 2 s, and less than 500 for 500.
+answer it (volume 2, chapter 2-4.2). The first two bytes of the sender context are the longest delay
+in milliseconds: 0 means 2 s, and less than 500 means 500.
 """
 
 from __future__ import annotations
@@ -73,10 +73,10 @@ class Delayed:
 
 
 class Datagrams:
-    """Answers datagrams.
+    """The answers to datagrams on the UDP port.
 
     Args:
-        random: Uniform from 0 to 1.
+        random: Function that returns a uniform random number from 0 to 1.
     """
 
     def __init__(self, listing: Listing, random: Callable[[], float]) -> None:
@@ -86,7 +86,7 @@ class Datagrams:
     def answer(self, data: bytes, local: tuple[str, int], broadcast: bool) -> Delayed | None:
         """Answer one datagram.
 
-        Anything but exactly one frame is discarded. A broadcast (`broadcast`) gets no error answer.
+        A datagram that is not exactly one frame is discarded. A broadcast gets no error answer.
         """
         found = decode_header(data)
         if found is None or len(data) != HEADER_SIZE + found[1]:
@@ -98,7 +98,8 @@ class Datagrams:
         if length == 0 or not broadcast:
             listed = self._listing.answer(frame._replace(data=data[HEADER_SIZE:]), local)
         if listed is None:
-            # RegisterSession, SendRRData and all that need a session are not for UDP.
+            # RegisterSession, SendRRData and all commands that need a session are not allowed over
+            # UDP.
             refused = frame.answer(status=EncapsulationStatus.INVALID_COMMAND)
             return None if broadcast else Delayed(refused.encode(), 0.0)
         delayed = broadcast and frame.command == Command.LIST_IDENTITY

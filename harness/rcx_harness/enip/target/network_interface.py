@@ -15,11 +15,11 @@ from structured_text.output.system import addresses
 __all__ = ["ANY", "NetworkInterface", "address_toward", "find_interface"]
 
 _NO_HARDWARE_ADDRESS = bytes(6)
-# An address for documentation (RFC 5737), which is outside of any local network.
+# An address for documentation (RFC 5737), which is outside any local network.
 _ELSEWHERE = "192.0.2.1"
 
 ANY = "0.0.0.0"
-"""Listens on all addresses of this machine, and is none of them."""
+"""The address that stands for all addresses of this machine."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class NetworkInterface:
     hardware_address: bytes = _NO_HARDWARE_ADDRESS
 
     def broadcast_addresses(self) -> tuple[str, ...]:
-        """Return the broadcast addresses of its network; on the loopback only its own."""
+        """Return the broadcast addresses for its network; on loopback only the directed address."""
         network = ipaddress.IPv4Network((self.address, self.netmask), strict=False)
         directed = str(network.broadcast_address)
         if network.is_loopback or directed == "255.255.255.255":
@@ -40,12 +40,13 @@ class NetworkInterface:
 
 
 def address_toward(local: str, peer: str = _ELSEWHERE) -> str:
-    """Return our address as a peer sees it: `local`, or for `ANY` that of the route."""
+    """Return our address as a peer sees it: `local`; or, for `ANY`, the address of the route."""
     if local != ANY:
         return local
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
-            probe.connect((peer, 9))  # finds the way, and sends nothing
+            # connect of a UDP socket only selects the route; it sends nothing
+            probe.connect((peer, 9))
         except OSError:  # there is no route
             return "127.0.0.1"
         return str(probe.getsockname()[0])

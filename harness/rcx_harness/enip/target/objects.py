@@ -1,10 +1,10 @@
 """The device's CIP objects and their attributes, held by cpppo; nothing else imports cpppo.
 
-cpppo keeps its object directory for the whole process: one device per process, and a new
-`ObjectModel` replaces the one before it. The objects that describe the network are those of CIP
-volume 2, chapter 5: TCP/IP Interface (0xF5, revision 4), Ethernet Link (0xF6, revision 4) and QoS
-(0x48, revision 1). A virtual controller uses the addresses of its host, so only attributes that
-affect nothing else can be set.
+cpppo has one object directory per process, so a process has one device, and a new `ObjectModel`
+replaces the model before it. CIP volume 2, chapter 5 defines the objects that describe the network:
+TCP/IP Interface (0xF5, revision 4), Ethernet Link (0xF6, revision 4) and QoS (0x48, revision 1). A
+virtual controller uses the addresses of its host, so only attributes without an effect on the host
+can be set.
 """
 
 from __future__ import annotations
@@ -27,8 +27,7 @@ from rcx_harness.spec.wire import TO_MASTER, TO_ROBOT
 __all__ = ["ObjectModel"]
 
 DSCP = {4: 55, 5: 47, 6: 43, 7: 31, 8: 27}
-"""Attributes of the QoS object with their initial code points: urgent, scheduled, high and low
-priority, explicit messages."""
+"""Initial code points of the QoS object by attribute: urgent to low priority, explicit messages."""
 
 _CONFIGURED = 1  # status: the interface configuration is valid
 _FULL_DUPLEX_UP = 0x0F  # link up, full duplex, negotiated (3 in bits 2 to 4)
@@ -52,7 +51,7 @@ def tcp_ip_values(interface: NetworkInterface, group: str) -> dict[int, bytes]:
         6: bytes(2),  # host name: none
         7: bytes(6),  # safety network number
         8: bytes([1]),  # time to live of multicast packets
-        9: struct.pack("<BxH", 0, 1) + _number(group),  # allocated by address, one
+        9: struct.pack("<BxH", 0, 1) + _number(group),  # multicast: allocated by address, one group
         10: bytes(1),  # address conflict detection: off
         11: bytes(35),  # last conflict: none
         12: bytes(1),  # quick connect: off
@@ -62,8 +61,8 @@ def tcp_ip_values(interface: NetworkInterface, group: str) -> dict[int, bytes]:
 def ethernet_link_values(port: int, hardware_address: bytes) -> dict[int, bytes]:
     """Return attributes 1 to 11 of an Ethernet Link instance.
 
-    The module has two connectors, 10Base-T or 100Base-TX (manual chapter 1, 3.1); the first is
-    the one that is plugged in.
+    The module has two connectors, 10Base-T or 100Base-TX (manual chapter 1, 3.1). The cable is in
+    the first connector.
     """
     plugged = port == 1
     label = f"Port {port}".encode()
@@ -94,12 +93,12 @@ _EXPLICIT_DSCP = 8
 _MAX_DSCP = 63
 _CLASS_ATTRIBUTES = 7
 
-# cpppo reports every refused request as a warning with a stack trace; the refusal is in the reply.
+# cpppo logs every refused request with a stack trace, although the reply contains the refusal.
 for _name in ("cpppo", "enip"):
     logging.getLogger(_name).setLevel(logging.CRITICAL)
 
 
-#: Each class of objects is a class of cpppo's.
+#: A subclass of cpppo's Object for each class of CIP objects.
 _KINDS: dict[ClassId, Any] = {
     class_id: type(f"Class{class_id}", (device.Object,), {"class_id": int(class_id)})
     for class_id in ClassId
@@ -107,7 +106,7 @@ _KINDS: dict[ClassId, Any] = {
 
 
 class _Value(device.Attribute):  # type: ignore[misc]  # cpppo has no types
-    """An attribute that reads its bytes from a function; it can be set if it has a `write`."""
+    """An attribute that gets its bytes from a function; with a `write` it can be set."""
 
     def __init__(
         self,
@@ -131,12 +130,12 @@ class ObjectModel:
     QoS, TCP/IP Interface and two Ethernet Links.
 
     Args:
-        status: Returns the status word of the Identity object.
-        is_owned: Returns whether a connection owns assembly 150.
+        status: Function that returns the status word of the Identity object.
+        is_owned: Function that returns whether a connection owns assembly 150.
         group: First multicast address of the adapter.
 
     Attributes:
-        inactivity_s: Silence before a TCP connection is closed [s]; 0 for never.
+        inactivity_s: Silence after which a TCP connection is closed [s]; 0: never.
     """
 
     def __init__(
@@ -181,7 +180,7 @@ class ObjectModel:
         return self._dscp[_EXPLICIT_DSCP]
 
     def dscp(self, priority: int) -> int:
-        """Return the code point for a connection's packets: priority 0 (low) to 3 (urgent)."""
+        """Return the code point for packets of a connection with priority 0 (low) to 3 (urgent)."""
         return self._dscp[7 - priority]
 
     def require(self, path: Path) -> None:
@@ -206,9 +205,8 @@ class ObjectModel:
         """Set the complete value of an attribute of an existing object.
 
         Raises:
-            Refusal: 0x14 no such attribute, 0x0E read only, 0x13 too short, 0x15 too long,
-                0x09 not a value it may have, 0x0C a connection owns the device: nobody else
-                changes anything then.
+            Refusal: 0x14 no such attribute, 0x0E read only, 0x13 too short, 0x15 too long, 0x09
+                invalid value, 0x0C a connection owns the device, so nothing may be set.
         """
         attribute = self._attribute(path.class_id, path.instance, path.attribute)
         if getattr(attribute, "write", None) is None:
@@ -223,10 +221,10 @@ class ObjectModel:
         attribute.write(data)
 
     def perform(self, service: int, path: Path) -> bytes:
-        """Hand a service without data to the object itself.
+        """Let cpppo's object perform a service without data.
 
         Returns:
-            The whole CIP reply.
+            The complete CIP reply.
 
         Raises:
             Refusal: 0x08, the object does not know the service.
@@ -277,7 +275,7 @@ class ObjectModel:
 
 
 def _add(class_id: ClassId, instance: int, attributes: Mapping[int, Any]) -> None:
-    """Create an instance, and with the first one its class."""
+    """Create an instance; with the first instance, create its class, too."""
     _KINDS[class_id](instance_id=instance).attribute.update(
         {str(k): v for k, v in attributes.items()}
     )

@@ -1,4 +1,4 @@
-"""Explains a refused connection: the requester, the reason, and the setting to change.
+"""The text about a refused connection: the requester, the reason, and the setting to change.
 
 The tool of a PLC often shows only the code of a refusal. The controller knows both the request and
 its own properties.
@@ -26,12 +26,12 @@ _NAMES = {
     ConnectionKind.LISTEN_ONLY: "a listen only connection",
 }
 _HEADER = "the 32-bit run/idle header"
-_TRIES = 8  # numbers of a path that are shown
+_TRIES = 8  # number of connection points of a path that are shown
 
 
 @dataclass(frozen=True)
 class Facts:
-    """The sizes and numbers that the controller has.
+    """The properties of the controller that the text compares with a request.
 
     Attributes:
         identity: Compared with electronic keys.
@@ -91,7 +91,7 @@ def _remedy(request: ForwardOpen, refusal: Refusal, facts: Facts) -> str:
         return _from_controller(request, facts)
     if code == ExtendedStatus.OWNERSHIP_CONFLICT:
         return (
-            f"{facts.owner} is its master: disconnect that one or wait for its time-out, "
+            f"{facts.owner} is its master: disconnect it or wait for its time-out, "
             f"or only read, by connection point {_POINTS[ConnectionKind.INPUT_ONLY]} (input only)"
         )
     if code in (ExtendedStatus.RPI_NOT_SUPPORTED, ExtendedStatus.RPI_NOT_ACCEPTABLE):

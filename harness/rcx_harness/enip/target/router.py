@@ -28,11 +28,11 @@ _MAX_REPLY = 4000
 _CONNECTION_SERVICES = frozenset(ConnectionService)
 # Priority and ticks, length of the message
 _UNCONNECTED_SEND = struct.Struct("<2xH")
-_BACKPLANE = b"\x01\x00"  # port 1, link address 0: where scanners presume a processor
+_BACKPLANE = b"\x01\x00"  # port 1, link address 0: scanners presume a processor there
 
 
 class Router:
-    """Turns requests into replies; every request gets one.
+    """The router of requests: it returns a reply to every request.
 
     `identity` is compared with the electronic key of a path. `reset` resets the device after the
     reply has been sent.
@@ -77,7 +77,7 @@ class Router:
     def _perform(self, request: Request) -> bytes:
         path = request.path
         if request.service == Service.GET_ATTRIBUTE_SINGLE:
-            # Data behind a request to read has no meaning; some clients append an empty route.
+            # Data behind a read request is ignored, because some clients append an empty route.
             value = self._objects.get(path.class_id, path.instance, path.attribute)
             return encode_reply(request.service, Status.SUCCESS, value)
         if request.service == Service.SET_ATTRIBUTE_SINGLE:
@@ -93,7 +93,7 @@ class Router:
         return self._objects.perform(request.service, path)
 
     def _get_list(self, path: Path, data: bytes) -> bytes:
-        # Here and not in cpppo, whose reply lacks the number of attributes.
+        # Answered here because the reply of cpppo lacks the number of attributes.
         wanted = 2 + 2 * int.from_bytes(data[:2], "little")
         if len(data) < max(wanted, 2):
             raise Refusal(Status.NOT_ENOUGH_DATA)
@@ -146,7 +146,7 @@ class Router:
                 if known
                 else ExtendedStatus.PORT_NOT_AVAILABLE
             )
-            # Words of the route that were left, and a byte in reserve
+            # remaining words of the route, and a reserved byte
             raise Refusal(Status.CONNECTION_FAILURE, (code,), bytes([words, 0]))
         message = data[_UNCONNECTED_SEND.size : end]
         if length < 2 or routed:

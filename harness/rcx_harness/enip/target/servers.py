@@ -29,8 +29,9 @@ __all__ = [
 MAX_CONNECTIONS, MAX_CONNECTIONS_OF_PEER = 64, 32
 _NEWCOMERS = 1
 
-#: Number of bytes of one connection that are answered before it is the turn of the others. They are
-#: received into permanent memory: asyncio's `Protocol` allocates and frees 256 KiB each time.
+#: Number of bytes of a connection that are processed before other connections get a turn. A
+#: permanent buffer receives them, because asyncio's `Protocol` allocates and frees 256 KiB each
+#: time.
 _TURN = 1024
 
 
@@ -41,22 +42,22 @@ class TcpServer:
         self.device = device
         self.accepts = True
         self.connections: set[_Connection] = set()
-        """Those that are open."""
+        """The open connections."""
 
     def protocol(self) -> asyncio.BufferedProtocol:
         """Return the protocol object that asyncio needs for each new connection."""
         return _Connection(self)
 
     def has_room(self, peer: str) -> bool:
-        """Return whether one more connection from this address is allowed."""
+        """Return whether another connection from this address is allowed."""
         taken = (each.peer for each in self.connections)
         return self.accepts and has_room(taken, peer, MAX_CONNECTIONS, MAX_CONNECTIONS_OF_PEER)
 
     def make_room(self, peer: str) -> bool:
         """Close an idle connection if a newcomer needs room; return whether there is room.
 
-        A newcomer is an address with at most one connection: a master that has lost its old one
-        without a word comes from such an address, too.
+        A newcomer is an address with at most one connection, because a master that has lost its
+        connection without notice connects from the same address again.
         """
         if self.has_room(peer):
             return True
@@ -77,7 +78,7 @@ class TcpServer:
                 connection.transport.abort()
 
     def close_all(self) -> None:
-        """Close all connections once their answers have gone."""
+        """Close all connections once their answers have been sent."""
         for connection in list(self.connections):
             connection.transport.close()
 
@@ -117,7 +118,7 @@ class _Connection(asyncio.BufferedProtocol):
         self._server.connections.add(self)
 
     def get_buffer(self, sizehint: int) -> memoryview:
-        """Return the buffer for the next bytes: one turn's bytes, the rest waits."""
+        """Return the buffer for the bytes of one turn; further bytes wait."""
         return self._received
 
     def buffer_updated(self, nbytes: int) -> None:
@@ -161,12 +162,12 @@ class UdpServer:
 
     Args:
         local: Host and port to bind to. With `ANY`, a broadcast cannot be distinguished from a
-            request to this device alone, and is answered at once.
-        broadcasts: Broadcast addresses to listen at; those that the system refuses are skipped.
+            request to this device alone, so it is answered at once.
+        broadcasts: Broadcast addresses to listen at; addresses that the system refuses are skipped.
 
     Attributes:
         answers: Whether the device answers at all.
-        delayed: Addresses whose answers are due after a delay.
+        delayed: Addresses that wait for a delayed answer.
     """
 
     def __init__(
@@ -188,7 +189,7 @@ class UdpServer:
             try:
                 self._broadcast.append(_bound((address, local[1]), shared=True))
             except OSError:
-                continue  # not every system has addresses of that kind to bind to
+                continue  # some systems cannot bind to a broadcast address
 
     async def start(self) -> None:
         """Begin to answer."""
@@ -197,7 +198,8 @@ class UdpServer:
             lambda: _Endpoint(self, broadcast=False), sock=self._unicast
         )
         for each in self._broadcast:
-            # Answers are sent from our own address, whatever address the request was sent to.
+            # Answers are sent from our own address, even if the request was sent to a broadcast
+            # address.
             await loop.create_datagram_endpoint(
                 lambda: _Endpoint(self, broadcast=True, reply=transport), sock=each
             )
@@ -228,7 +230,8 @@ class _Endpoint(asyncio.DatagramProtocol):
             return
         room = has_room(server.delayed, addr[0], MAX_DELAYED, MAX_DELAYED_OF_PEER)
         if answer.delay_s == 0 or not room:
-            # If all delayed answers are in use, the answer is sent without a delay, not dropped.
+            # If too many answers are delayed already, this answer is sent at once instead of being
+            # dropped.
             self._send(answer.data, addr)
         else:
             server.delayed.append(addr[0])

@@ -21,8 +21,8 @@ class Channel:
 
     Attributes:
         name: `status`, `response`, `SO02`, `SO2()`, `reserved` or `SOW(24)`.
-        end: The byte after its last one.
-        bit: Its bit within the byte; None if the channel has whole bytes.
+        end: Number of the byte after its last byte.
+        bit: Its bit within the byte; None if the channel consists of whole bytes.
     """
 
     name: str
@@ -58,7 +58,7 @@ class Timeline:
     """The values of one channel over time.
 
     Args:
-        changes: Times, and the value from each time on; successive values differ.
+        changes: Pairs of a time and the value from that time on; successive values differ.
     """
 
     def __init__(self, changes: Sequence[tuple[int, int]]) -> None:
@@ -101,7 +101,7 @@ class Timeline:
 
 @dataclass(frozen=True)
 class Difference:
-    """A channel shows one value in the recording and another one in the virtual controller."""
+    """A period in which recording and virtual controller show different values of a channel."""
 
     channel: str
     begin_us: int
@@ -117,7 +117,9 @@ def differences(
     span: tuple[int, int],
     tolerance_us: int,
 ) -> Iterator[Difference]:
-    """Return where one side shows a value that the other does not show within the tolerance.
+    """Return the periods in which one side shows a value that the other side does not show.
+
+    Values count as shown if their times on both sides differ at most by the tolerance.
 
     A value that the virtual controller shows for less time than the tolerance may be missing in the
     recording, because no packet was sent while it lasted.

@@ -18,7 +18,7 @@ from rcx_harness.spec.wire import ABNORMAL_END, CYCLE_US, DEDICATED_AT, ENDS, RE
 
 __all__ = ["DELAYS", "INPUTS", "Drawn", "Guide", "asked"]
 
-#: The change that ends each delay: channels with the values that they reach.
+#: The change that ends each delay: channels and the values that they reach.
 _ANSWERS: dict[str, tuple[tuple[str, tuple[int, ...]], ...]] = {
     "boot_time": (("SO01", (1,)),),
     "link_error_delay": (("SO03", (1,)),),
@@ -53,7 +53,7 @@ _ASKED = {
 INPUTS = {one.short: Channel(one.short, one.byte, one.byte + 1, one.bit) for one in signals().input}
 _OF_COMMANDS = ("command_accept_delay", "command_delay")
 _CODE, _WORDS = Channel("code", 0, 2), Channel("words", 0, DEDICATED_AT)
-#: A change later than this does not answer the request [us].
+#: A change after more than this time is not the answer to the request [us].
 _LONGEST_US = 60_000_000
 
 
@@ -63,7 +63,7 @@ class Drawn:
 
     Attributes:
         key: The key of the delay.
-        seen: The recording shows the delay itself, or a lower limit of it.
+        seen: Whether the recording shows the delay itself, or a lower limit of it.
     """
 
     key: str
@@ -80,7 +80,7 @@ def asked(inputs: Sequence[tuple[int, bytes | None]]) -> dict[str, Timeline]:
 
 
 def _shows_run(status: Timeline, words: Timeline) -> bool:
-    """Return whether a command shows status 0x0100, is not continuous, and did not change."""
+    """Return whether any unchanged command shows status 0x0100, except continuous output."""
     for before, at_us, now in zip(status.values, status.times[1:], status.values[1:], strict=False):
         was, there = words.at(at_us - 1) or 0, words.at(at_us) or 0
         entry = commands().get(there & 0x0FFF)
@@ -93,15 +93,17 @@ def _shows_run(status: Timeline, words: Timeline) -> bool:
 
 
 class Guide:
-    """Draws the delays of a controller in a replay.
+    """The source of the delays of a controller in a replay.
 
-    A recording without status 0x0100 shows the acceptance of a command only where that is refused;
-    of the others it shows when they end. Their acceptance is then as short as it may be.
+    A recording without status 0x0100 shows the acceptance of a command only if the command is
+    refused. Of other commands it shows only the end, so their acceptance gets the shortest allowed
+    delay.
 
     Args:
         recorded: The values of the recording by channel.
         asked: The requests of the PLC, by dedicated input, `code` and `words`: see `asked`.
-        free: Delays of these keys follow the recording, even against the configuration.
+        free: Delays of these keys follow the recording, even outside the range of the
+            configuration.
 
     Attributes:
         drawn: The delays that were drawn, in order.
@@ -119,13 +121,14 @@ class Guide:
         self._machine, self._config = controller.machine, controller.config
         self.drawn: list[Drawn] = []
         self._shows_run = _shows_run(recorded[STATUS], asked["words"])
-        self._longest_us = 0  # until a command ended that acts once
-        self._latest: dict[str, int] = {}  # last values of the signals without a request
+        self._longest_us = 0  # longest time to the end of a command that acts once
+        # latest delays by key; repeated if the recording does not show one
+        self._latest: dict[str, int] = {}
         draw: Callable[[str], int] = self.draw_us
         vars(self._machine)["draw_us"] = draw
 
     def draw_us(self, key: str) -> int:
-        """Return a delay [us], in place of Machine.draw_us."""
+        """Return a delay [us]; replaces Machine.draw_us."""
         now_us = self._machine.now_us
         delay = getattr(self._config, key)
         low, high = delay if isinstance(delay, tuple) else (delay, delay)
@@ -144,7 +147,7 @@ class Guide:
         return us
 
     def _least_us(self, key: str, now_us: int) -> int:
-        """Return the lower limit of a delay: a changed command had not begun, or not ended."""
+        """Return the lower limit of a delay: a command was changed before it had begun or ended."""
         status = self._recorded[STATUS]
         if key == "command_accept_delay":
             changed_us = self._asked["words"].next_change(now_us + 1, None)
@@ -181,7 +184,8 @@ class Guide:
             line = self._recorded[channel]
             there = line.at(now_us - 1) in values and line.at(now_us + CYCLE_US) in values
             if there if channel != STATUS else not self._asked["code"].at(now_us) and key in _ASKED:
-                continue  # it has the value already, or it is not a command: there is no answer
+                # the channel already has the value, or there is no command: no answer follows
+                continue
             for value in values or (None,):
                 at_us = line.next_change(now_us, value)
                 if at_us is not None and at_us - now_us <= _LONGEST_US:
@@ -191,12 +195,13 @@ class Guide:
         us = min(found)
         again = [self._asked[name].next_change(now_us + 1, to) for name, to in _ASKED.get(key, ())]
         if key in _OF_COMMANDS or (
-            key != "status_reset_delay"  # which no other code brings to an end
+            key != "status_reset_delay"  # no other code ends this delay
             and STATUS in dict(_ANSWERS[key])
             and self._recorded[STATUS].at(now_us) == RUN
         ):
             again = [self._asked["code"].next_change(now_us + 1, None)]
-        if key == "command_delay":  # ready before the end: this end belongs to another command
+        # if READY comes before the end, the end belongs to another command
+        if key == "command_delay":
             again.append(self._recorded[STATUS].next_change(now_us + 1, READY))
         if any(at_us is not None and at_us < now_us + us for at_us in again):
             return None
@@ -205,5 +210,6 @@ class Guide:
         if key == "origin_time":
             axes = self._config.axes
             on_the_way = [k for k in range(len(axes)) if self._machine.origins.moves({k})]
-            us //= max(1, len({axes[k].type == "absolute" for k in on_the_way}))  # one by one
+            # absolute and incremental axes move one after the other
+            us //= max(1, len({axes[k].type == "absolute" for k in on_the_way}))
         return us

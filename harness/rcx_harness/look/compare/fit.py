@@ -1,9 +1,9 @@
 """The search for the robot file with which the virtual controller answers like a recorded one.
 
-Delays are measured. Every other key is tried where it can have an influence: a key that the
-controller has not read before a difference cannot explain it. The search takes the key with which
-both sides agree longest, until they agree or no key helps any more. The remaining difference is
-noted as unexplained, and the search continues after it. At the end each key is tried once more.
+Delays are measured. Other keys are tried one by one, but only if the controller has read the key
+before the difference. The search takes the key with which both sides agree longest, until they
+agree or no key helps any more. It then notes the difference as unexplained and continues after it.
+At the end it tries each key once more.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ from structured_text.errors import InputError
 __all__ = ["Fit", "Knob", "fit"]
 
 _FREE = frozenset(DELAYS)
-#: Most unexplained differences; with more, the recording is of another machine.
+#: Greatest number of unexplained differences; with more, the recording is of another machine.
 _MOST_LEFT = 100
 _NEVER = 1 << 62
-#: A mode that is shown at once has no delay; it begins with one too short to be seen [ms].
+#: Initial delay of a mode [ms]: too short to be visible, because a mode may be shown at once.
 _LEAST_MODE_DELAY = 0.001
 
 
@@ -39,10 +39,11 @@ class Knob:
         key: The key of the robot file.
         value: The value with which both sides agree; (shortest, longest) in ms for a delay that
             varies.
-        found: Whether the recording decides the value: another one would differ from it.
+        found: Whether the recording decides the value: with another value, both sides would differ.
         why: The reason in one line.
         others: Other values with which both sides agree.
-        instead: Other keys with values. One of them, with this key unchanged, has the same effect.
+        instead: Other keys with values. Each of them has the same effect if this key stays
+            unchanged.
     """
 
     key: str
@@ -59,7 +60,7 @@ class Fit:
 
     Attributes:
         config: The configuration with which both sides agree, except for `left`.
-        knobs: All keys but those that only describe the robot.
+        knobs: All keys except those that only describe the robot.
         left: Differences that no key explains.
         runs: Number of replays.
     """
@@ -75,8 +76,8 @@ def fit(
 ) -> Fit:
     """Return the robot file that reproduces a recording best.
 
-    `base` is the configuration to begin with; its axes, programs and points are kept. `progress` is
-    called with the share of the recording that the virtual controller reproduces.
+    `base` is the configuration to begin with; its axes, programs and points do not change.
+    `progress` is called with the part of the recording that the virtual controller reproduces.
     """
     return _Search(replay, base, progress).search()
 
@@ -88,7 +89,7 @@ class _Search:
         self._replay, self._progress, self._base = replay, progress, base
         self._result = Fit(base)
         self._asked = asked(replay.recording.inputs)
-        # the value of a key before the fit, and the other keys that would fit as well
+        # by key: its value before the fit, and the other keys that fit as well
         self._instead: dict[str, tuple[Any, list[tuple[str, Any]]]] = {}
 
     def search(self) -> Fit:
@@ -121,10 +122,10 @@ class _Search:
         return self._replay.run(config, free=free, expected=self._result.left, to_first=to_first)
 
     def _better(self, here: Replayed) -> RobotConfig | None:
-        """Return the configuration, with one key changed, of the longest agreement.
+        """Return the configuration with one changed key that gives the longest agreement.
 
-        Among equally good configurations, a key with few values wins: a truth value is a simpler
-        explanation than the number of an alarm.
+        Among equally good keys, a key with few values wins: a truth value is a simpler explanation
+        than the number of an alarm.
         """
         config, seen = self._result.config, self._seen(here)
         least = _reach(here)
@@ -198,8 +199,8 @@ class _Search:
         """Try every key once more.
 
         Returns:
-            A configuration that agrees as well, with delays of one kind nearer to each other: the
-            likelier one. None if there is no such.
+            A configuration that agrees equally well and is likelier, because its delays of one kind
+            differ less; None if there is none.
         """
         result = self._result
         here = self._run(watched(result.config))
@@ -229,7 +230,7 @@ class _Search:
                 else:
                     other += 1
             if not other:
-                why = f"the same with each of {len(equal) + 1} values"
+                why = f"no difference between its {len(equal) + 1} values"
                 result.knobs.append(Knob(key, value, False, why))
             else:
                 why = f"{other} other value{'s' * (other > 1)} would show"
@@ -239,7 +240,7 @@ class _Search:
         return None
 
     def _as_well(self, key: str, spread_us: int) -> Iterator[tuple[str, Any]]:
-        """Return other keys that explain the same difference as a key."""
+        """Return the other keys that explain the same difference as a key."""
         was, others = self._instead.get(key, (None, []))
         for other, value in others:
             changed = replace(self._result.config, **{key: was, other: value})
@@ -248,10 +249,10 @@ class _Search:
                 yield other, value
 
     def _take_delays(self) -> None:
-        """Keep each initial delay that is as good as the measured one; else take the measured one.
+        """Keep each initial delay that agrees as well as the measured delay; replace all others.
 
-        Delays are taken one after the other, each with those taken before, because the recording
-        shows only the sum of two consecutive delays.
+        Delays are replaced one after the other, with the earlier ones already replaced, because the
+        recording shows only the sum of two consecutive delays.
         """
         result = self._result
         free = _FREE
@@ -278,7 +279,7 @@ class _Search:
     def _narrowest(self, key: str, measured: Sequence[float], free: frozenset[str]) -> RobotConfig:
         """Return the configuration with the measured delay, without outliers that have no effect.
 
-        Without an answer, a later change with another cause may look like the answer to an input.
+        If an input gets no answer, a later change with another cause may look like its answer.
         """
         lengths = sorted(set(measured))
         config = self._result.config
@@ -300,7 +301,7 @@ def _from_to(key: str, lengths: Sequence[float]) -> dict[str, Any]:
 
 
 def _reach(result: Replayed) -> tuple[int, int]:
-    """Return how long both sides agree, and how little they differ then; larger is better."""
+    """Return the time of the first difference and the negative size of it; larger is better."""
     first_us = result.first_us
     if first_us is None:
         return _NEVER, 0
@@ -314,7 +315,7 @@ def _words(one: Difference) -> int:
 
 
 def _answer(here: Replayed, first: Difference, recorded: bytes) -> bytes:
-    """Return the virtual controller's answer to a recorded area, possibly somewhat later."""
+    """Return the virtual controller's answer to a recorded area, which may come a little later."""
     area = here.outputs[0][1]
     for t_us, one in here.outputs:
         if t_us > first.begin_us and (

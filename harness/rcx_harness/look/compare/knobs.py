@@ -1,4 +1,4 @@
-"""The values that are tried for each key of a robot file, and those a difference suggests."""
+"""The values that are tried for each key of a robot file, and values that a difference suggests."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ DESCRIBED = (*STORED, "robot", "axes", "programs", "work_areas", "real_time_item
 #: An alarm number that no other key uses.
 _SOME_ALARM = "98.765"
 _KINDS = {entry.name: str(entry.type) for entry in fields(RobotConfig)}
-#: The keys that can be fitted: all but delays, which are measured, and descriptions.
+#: The keys that can be fitted: all except delays (which are measured) and descriptions.
 KNOBS = tuple(name for name in _KINDS if name not in (*DESCRIBED, *DELAYS))
 _NUMBERS: dict[str, tuple[float, ...]] = {
     "auto_speed": (100, 50, 10, 1),
@@ -53,12 +53,12 @@ _LONGEST_INTERVAL_US = 1_000_000
 
 @dataclass(frozen=True)
 class Seen:
-    """The suggestion of one place in a recording.
+    """The values that a place in a recording suggests.
 
     Attributes:
         alarms: Numbers of the alarms in the recording.
         numbers: Pairs of numbers: the virtual controller's answer and the recorded one.
-        rows: The same for answers with several numbers.
+        rows: Pairs like `numbers`, for answers with several numbers.
         clock: Date and time of the recorded answers, as a value of the key `clock`.
     """
 
@@ -132,7 +132,7 @@ def values(
     """Return the values to try instead of the current value.
 
     `key` is a member of KNOBS. `seen` are the values that the recording suggests, `raised` the
-    alarms in it, and `asked` the requests of the PLC by dedicated input.
+    alarms of the controller, and `asked` the requests of the PLC by dedicated input.
     """
     found: list[Any] = []
     for one in _values(key, current, seen, raised, asked):

@@ -28,13 +28,12 @@ class Recording:
     """One controller's part of a recording; all times in microseconds from its beginning.
 
     Attributes:
-        inputs: Changes of the area to the controller, with their times; None while there was no
-            connection.
+        inputs: Changes of the area to the controller with their times; None: no connection.
         outputs: Changes of the area from the controller, with their times.
         times: Times of the controller's cycles, if the recording has them; else empty.
         tolerance_us: Answers whose times differ by at most this much count as equal.
-        from_power_on: The recording begins at the power-on of the controller.
-        trouble: Damage of the file, at which the recording ends.
+        from_power_on: Whether the recording begins at the power-on of the controller.
+        trouble: Error about the damage of the file at which the recording ends; None: undamaged.
         missing: Number of packets that were lost or captured only in part.
     """
 
@@ -50,7 +49,7 @@ class Recording:
 
     @property
     def begin_us(self) -> int:
-        """Return the time at which the comparison begins; no command is under way then."""
+        """Return the first time without a command under way, at which the comparison begins."""
         if self.from_power_on:
             return min(self.inputs[0][0], self.outputs[0][0])
         si: bytes | None = None
@@ -83,10 +82,10 @@ def load(
 ) -> Recording:
     """Read the recording of one controller.
 
-    The file is a capture, or a trace of `rcx serve`, `run`, `scan`, `judge` or `probe`. `hosts` has
-    the controller's address if a capture has several controllers, `sizes` the allowed sizes of its
-    areas, and `port` is the TCP port of explicit messages. `progress` is called with the share of
-    the file that has been read.
+    The file is a capture, or a trace of `rcx serve`, `run`, `scan`, `judge` or `probe`. If a
+    capture has several controllers, `hosts` selects one by its address. `sizes` are the allowed
+    sizes of its areas, and `port` is the TCP port of explicit messages. `progress` is called with
+    the part of the file that has been read.
 
     Raises:
         InputError: the file cannot be read, or it does not contain exactly one controller.
@@ -116,9 +115,9 @@ def of_cycles(
 ) -> Recording:
     """Return an exact recording of the controller's own cycles.
 
-    `cycles` has for each cycle the time, the area that the controller took (None without a
-    connection) and the area that it gave. `every` is False if only changed cycles are recorded;
-    `from_power_on` means that the first cycle is the first one after power-on.
+    `cycles` has for each cycle the time, the input area (None without a connection) and the output
+    area. `every` is False if only cycles with changes are recorded. With `from_power_on` the first
+    cycle is the first cycle after power-on.
     """
     if not cycles:
         raise InputError("the recording contains no cycle of a controller")
@@ -138,7 +137,7 @@ def of_cycles(
 
 
 def _changes(values: Sequence[tuple[int, bytes | None]]) -> list[tuple[int, bytes]]:
-    """Return the entries that differ from the one before."""
+    """Return the entries that differ from the entry before."""
     kept: list[tuple[int, bytes | None]] = []
     for t_us, value in values:
         if not kept or value != kept[-1][1]:
@@ -147,7 +146,7 @@ def _changes(values: Sequence[tuple[int, bytes | None]]) -> list[tuple[int, byte
 
 
 def _of_samples(path: Path, samples: Sequence[Sample], tolerance_us: int) -> Recording:
-    """Return a recording of packets or looks, without the times of the controller's cycles."""
+    """Return a recording of packets, which does not have the times of the controller's cycles."""
     driven = [one for one in samples if one.so and one.si]
     if not driven:
         text = "the recording contains neither the PLC's nor the controller's data"
@@ -197,7 +196,7 @@ def _of_capture(
         raise InputError(f"contains {len(found)} controllers", file=path, hint=hint)
     robot = next(one for one in network.robots.values() if one.number == found[0])
     intervals = [one.to_master_us for one in robot.connections]
-    if not any(intervals):  # the recording has no Forward Open: the mean interval
+    if not any(intervals):  # without a Forward Open the mean interval is used
         heard = [way for one in robot.connections if (way := one.to_master).packets > 1]
         intervals = [(way.last_us - (way.first_us or 0)) // (way.packets - 1) for way in heard]
     slowest_us = max(intervals, default=0)

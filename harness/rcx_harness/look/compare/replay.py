@@ -23,9 +23,9 @@ from rcx_harness.spec.wire import CYCLE_US, DEDICATED_AT, RESERVED_AT, SIZE
 
 __all__ = ["Happening", "Replay", "Replayed", "watched"]
 
-#: Alarm that raises SO(03) if a recording begins with an alarm whose number it does not show.
+#: Alarm that turns SO(03) ON if a recording begins with SO(03) ON and without a number.
 _UNKNOWN_ALARM = "99.999"
-#: Cycles of the virtual controller with the first image before a recording that begins later.
+#: If a recording does not begin at power-on: cycles with its first image before the comparison.
 _SETTLE_CYCLES = 200
 _READ = "read by the controller"
 _KEYS = frozenset(entry.name for entry in fields(RobotConfig))
@@ -33,7 +33,7 @@ _KEYS = frozenset(entry.name for entry in fields(RobotConfig))
 
 @dataclass(frozen=True)
 class Happening:
-    """An action of a person at the cell: time [us from the beginning], event, arguments."""
+    """An event that is not in the recording: time [us from the beginning], event, arguments."""
 
     t_us: int
     event: str
@@ -46,9 +46,9 @@ class Replayed:
 
     Attributes:
         outputs: Changes of the area from the virtual controller, with their times.
-        differences: Differences from the recording that were not expected.
+        differences: Differences from the recording, without the expected differences.
         until_us: Time of the first difference, or of the end.
-        read: Keys of the configuration that had an influence, if this was observed.
+        read: Keys of the configuration that were read, if this was observed.
         alarms: Numbers of all alarms that were raised.
     """
 
@@ -75,12 +75,12 @@ class _Watched(RobotConfig):
 
 
 def watched(config: RobotConfig) -> RobotConfig:
-    """Return the same configuration, for which `Replayed.read` lists the keys read."""
+    """Return the same configuration; with it `Replayed.read` lists the keys that were read."""
     return _Watched(**{name: getattr(config, name) for name in _KEYS})
 
 
 class Replay:
-    """A recording, to be replayed with one configuration after the other.
+    """A recording that can be replayed with different configurations.
 
     Args:
         happenings: Other events at the controller.
@@ -105,9 +105,9 @@ class Replay:
     ) -> Replayed:
         """Replay with a configuration.
 
-        The delays in `free` follow the recording, whatever the configuration has. Differences with
-        the channel and the beginning of one in `expected` are ignored. With `to_first` the replay
-        ends at the first difference if the recording has exact times.
+        The delays in `free` follow the recording instead of the configuration. A difference is
+        ignored if one in `expected` has the same channel and beginning. With `to_first` the replay
+        ends at the first difference, provided that the recording has exact times.
         """
         vars(config).pop(_READ, None)
         controller = Controller(config)
@@ -164,7 +164,7 @@ class Replay:
         return sorted(every, key=lambda one: (one.begin_us, order.index(one.channel)))
 
     def _begin(self, controller: Controller) -> None:
-        """Bring the controller to the initial state of the recording, as far as it is visible."""
+        """Bring the controller to the initial state of the recording, as far as it is known."""
         begin_us = self.span[0]
         si = next((one for t_us, one in reversed(self.recording.inputs) if t_us <= begin_us), None)
         so = bytearray(self.recording.size)
@@ -207,7 +207,7 @@ class Replay:
 
 
 class _Watch:
-    """Watches for the first cycle that differs from an exact recording."""
+    """The search for the first cycle that differs from an exact recording."""
 
     def __init__(self, replay: Replay, known: set[tuple[str, int]]) -> None:
         self._outputs = replay.recording.outputs
@@ -217,7 +217,7 @@ class _Watch:
         self._same: tuple[bytes, bytes] = (b"", b"")
 
     def differs(self, now_us: int, so: bytes) -> bool:
-        """Return whether a difference exists that is not known yet."""
+        """Return whether there is a difference that is not expected."""
         outputs = self._outputs
         while self._at < len(outputs) and outputs[self._at][0] <= now_us:
             self._recorded = outputs[self._at][1]

@@ -19,8 +19,8 @@ __all__ = ["robot_file"]
 def robot_file(fit: Fit, base: Path | None, of: str) -> str:
     """Return the text of the robot file.
 
-    `base` is the robot file with which the search began; its tables are copied. `of` names the
-    recording.
+    `base` is the robot file with which the search began; its tables are copied. `of` is the name of
+    the recording.
     """
     old = toml_text(base) if base is not None else ""
     before = RobotConfig.load(base) if base is not None else RobotConfig()
@@ -41,7 +41,7 @@ def robot_file(fit: Fit, base: Path | None, of: str) -> str:
         if RobotConfig.load(written) != fit.config:
             hint = "write each key that stands above the tables on one line"
             raise InputError(
-                "the values found cannot be written into this file", file=base, hint=hint
+                "the fitted values cannot be written into this file", file=base, hint=hint
             )
     return text
 
@@ -52,11 +52,11 @@ def _key(line: str) -> str:
 
 
 def _comment(fit: Fit, of: str) -> Iterator[str]:
-    yield f"# Proposed by rcx compare --fit from {of}: what it shows of the controller."
+    yield f"# Proposed by rcx compare --fit: the properties that {of} shows of the controller."
     if fit.left:
-        yield f"# {len(fit.left)} differences are left that no key expresses."
+        yield f"# {len(fit.left)} differences remain that no key explains."
     names = [one.key for one in fit.knobs if not one.found]
-    yield "# That recording cannot decide:"
+    yield "# The recording cannot decide these keys:"
     line = "#"
     for name in names:
         if len(line) + len(name) > 96:

@@ -24,7 +24,7 @@ from structured_text.output.units import format_us, format_word
 __all__ = ["as_json", "chart", "fit_lines", "lines", "rules_of"]
 
 _MOST = 20
-#: Rules about each signal; status and response also have the rules of the command's section.
+#: Rules about each signal; the rules of the command's section apply to status and response, too.
 _OF_SIGNAL = {
     "SO00": ("emergency-stop", "emergency-release", "emergency-terminal", "link-lost", "answers"),
     "SO01": ("cpu-ok", "boot"),
@@ -47,9 +47,9 @@ _TITLES = {one.short: f"{one.signal} {one.title}" for one in signals().output}
 
 
 def rules_of(channel: str, code: int) -> tuple[Rule, ...]:
-    """Return the rules that affect a difference: of its signal and of the current command.
+    """Return the rules about a difference: about its signal and about the current command.
 
-    `code` is that of the current command; 0 without one.
+    `code` is the code of the current command; 0: no command.
     """
     usual = _WORDS if channel.startswith("SOW") else _PORTS
     names = set(_OF_SIGNAL.get(channel, usual))
@@ -59,7 +59,7 @@ def rules_of(channel: str, code: int) -> tuple[Rule, ...]:
 
 
 def lines(replay: Replay, result: Replayed) -> Iterator[str]:
-    """Yield the first differences side by side, then their number by signal and by rule."""
+    """Yield the first differences side by side, then their number for each signal and rule."""
     recording = replay.recording
     begin_us, end_us = replay.span
     yield (
@@ -100,14 +100,14 @@ def lines(replay: Replay, result: Replayed) -> Iterator[str]:
 
 
 def fit_lines(fit: Fit, replay: Replay) -> Iterator[str]:
-    """Yield the keys that the search has found, and those that it has not."""
+    """Yield the keys that the search has decided, and the keys that it could not decide."""
     found = [one for one in fit.knobs if one.found]
     yield f"{'key':<34} value that the recording shows"
     for one in found:
         others = f"; as well {', '.join(map(_value, one.others[:4]))}" if one.others else ""
         yield f"{one.key:<34} {_value(one.value)}   ({one.why}{others})"
         for key, value in one.instead:
-            yield f"{'':<34} cannot be told from {key} = {_value(value)}"
+            yield f"{'':<34} has the same effect as {key} = {_value(value)}"
     if fit.config.skip_run_status == "always":
         yield ""
         yield "commands do not show that they run: command_accept_delay is from refused commands;"
@@ -155,7 +155,7 @@ def as_json(replay: Replay, result: Replayed, fit: Fit | None) -> dict[str, Any]
 
 
 def chart(replay: Replay, result: Replayed, around_us: int, at_us: int) -> Timeline:
-    """Return the chart around a time: controller 1 is recorded, controller 2 is virtual."""
+    """Return the chart around a time; controller 1 is recorded, and controller 2 is virtual."""
     timeline = Timeline()
     recording = replay.recording
     merged = [(t_us, 1, area) for t_us, area in recording.outputs]

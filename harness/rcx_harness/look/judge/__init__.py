@@ -1,1 +1,1 @@
-"""The reading and judging of a recorded controller and its PLC, from a capture or a trace."""
+"""The judgement of a recorded controller and its PLC, from a capture or a trace."""

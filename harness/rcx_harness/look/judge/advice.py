@@ -19,7 +19,7 @@ _AREAS = " or ".join(map(str, AREA_SIZES))
 def advice(network: Network, hosts: Collection[bytes], sizes: Collection[int]) -> str:
     """Return the advice for a recording without a connection.
 
-    `hosts` are the controllers named with --controller, `sizes` the sizes of areas that were tried.
+    `hosts` are the controllers from --controller, and `sizes` the sizes of areas that were tried.
     """
     if not network.cyclic:
         return "capture TCP port 44818 and UDP port 2222 at a mirror port, or with rcx record"
@@ -34,7 +34,7 @@ def advice(network: Network, hosts: Collection[bytes], sizes: Collection[int]) -
 
 
 def _of_named(network: Network, hosts: Collection[bytes], sizes: Collection[int]) -> str:
-    """Return why the controllers that were named are not found."""
+    """Return the reason why the named controllers were not found."""
     for host, master, size in _pairs(network):
         if host in hosts:
             return _other_size(host, size, sizes)
@@ -47,15 +47,15 @@ def _of_named(network: Network, hosts: Collection[bytes], sizes: Collection[int]
     strangers = network.strangers.values()
     ends = {one.source for one in strangers} | {one.destination for one in strangers}
     if ends.intersection(hosts):
-        return "its packets carry no areas: record the connection of its master, too"
+        return "its packets contain no areas: record the connection of its master, too"
     named = ", ".join(map(host_text, hosts))
     shown = sorted(ends)[:_MOST_HOSTS]
     others = ", ".join(map(host_text, shown)) + (", ..." if len(ends) > len(shown) else "")
-    return f"the capture has no such packet to or from {named}, only packets of {others}"
+    return f"the capture has no class 1 packet to or from {named}, only packets of {others}"
 
 
 def _pairs(network: Network) -> Iterator[tuple[bytes, bytes, int]]:
-    """Yield device, master and size, where as many bytes go each way, as with a controller."""
+    """Yield device, master and size of the pairs that exchange areas of the same size."""
     strangers = list(network.strangers.values())
     for one in strangers:
         size = one.length - _TO_ROBOT

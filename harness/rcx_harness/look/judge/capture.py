@@ -1,7 +1,7 @@
 """Capture files as UDP datagrams and TCP segments, read step by step by libpcap (package cypcap).
 
-Before the IP header come Ethernet with VLAN tags, Linux's cooked headers, that of the loopback, or
-nothing; the names of the link types are those of the registry at tcpdump.org.
+The IP header may follow an Ethernet header with VLAN tags, a cooked header of Linux, a loopback
+header, or nothing. The names of the link types are from the registry at tcpdump.org.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from structured_text.output.reading import check_file
 
 __all__ = ["ENDINGS", "Capture", "Packet", "host_text"]
 
-#: Endings of the names of captures.
+#: Endings of the names of capture files.
 ENDINGS = (".pcapng", ".pcap", ".cap", ".ntar")
 
 _IP, _IPV6 = 0x0800, 0x86DD
@@ -27,25 +27,25 @@ _TCP, _UDP = 6, 17
 _HEAD = struct.Struct(">BxHxxHxB2x4s4s")
 _UDP_HEAD = struct.Struct(">HHHxx")
 _TCP_HEAD = struct.Struct(">HHIxxxxBB")
-_FRAGMENT = 0x3FFF  # further fragments follow, or this is not the first
-#: Link types: where the protocol stands, and where the packet begins behind it.
+_FRAGMENT = 0x3FFF  # bits that are set if further fragments follow or earlier ones exist
+#: By link type: the offset of the protocol number, and the offset of the packet behind it.
 _ETHERNET, _COOKED, _COOKED_2 = 1, 113, 276
 _PLACES = {_ETHERNET: (12, 14), _COOKED: (14, 16), _COOKED_2: (0, 20)}
 _NULL, _LOOP = 0, 108
 _FAMILY_IP = 2
-_BARE = (12, 14, 101, 228)  # raw IP, as systems number it; IPv4
+_BARE = (12, 14, 101, 228)  # raw IP, which systems number differently, and IPv4
 _KNOWN = {*_PLACES, _NULL, _LOOP, *_BARE}
 _PERHAPS = "save it with Wireshark from Ethernet, Linux cooked, loopback or raw IP"
-#: Packets of several interfaces may be some time out of order; more than that is damage.
+#: Packets of several interfaces may be out of order by this time; more is damage.
 _MOST_BACK_US, _MOST_AHEAD_US = 1_000_000, 24 * 3600 * 1_000_000
-_RECORD_HEADER = 32  # bytes of a file around a packet, for the progress
+_RECORD_HEADER = 32  # bytes of a file around each packet, to calculate the progress
 
 
 class Packet(NamedTuple):
     """A UDP datagram or TCP segment; addresses are the four bytes of IPv4.
 
-    `number` counts the packets of the file from 1, as Wireshark does; `cut` says that the capture
-    has not kept all of it; `sequence` and `flags` are those of TCP.
+    `number` counts the packets of the file from 1, as Wireshark does. With `cut` the capture has
+    only the beginning of the packet. `sequence` and `flags` are from the TCP header.
     """
 
     t_us: int
@@ -66,10 +66,10 @@ class Capture:
 
     Attributes:
         packets: Number of packets so far, of any kind.
-        others: Kinds of packets that cannot be evaluated (`IPv6`, `IP fragments` ...), with their
-            numbers.
-        begin_us: Time of the first packet, in microseconds since 1970. The other times count from
-            it.
+        others: Number of packets of each kind that cannot be evaluated (`IPv6`, `IP fragments`
+            ...).
+        begin_us: Time of the first packet, in microseconds since 1970. All other times are relative
+            to it.
         last_us: Time of the latest packet.
         damage: Damage of the file after the last packet; empty without any.
         read_bytes: Approximate number of bytes read so far.
@@ -85,7 +85,8 @@ class Capture:
         if not os.path.lexists(self._path):
             raise InputError("there is no such file", file=path)
         check_file(path)
-        # Request microseconds: with nanosecond precision the package returns them as microseconds.
+        # Request microseconds, because the package returns nanoseconds as if they were
+        # microseconds.
         precision = self._library.TstampPrecision.MICRO
         try:
             self._file: Any = self._library.open_offline(self._path, precision)
@@ -125,7 +126,7 @@ class Capture:
                 self.damage = str(error.args[-1])
 
     def _damage(self, t_us: int, length: int, kept: int) -> str:
-        """Return the reason why a packet that libpcap can read is damaged; else empty."""
+        """Return the damage of a packet that libpcap can read; empty if there is none."""
         if not length:
             return "a packet of 0 bytes follows"
         if length < kept:
@@ -137,15 +138,15 @@ class Capture:
         return ""
 
     def trouble(self, what: str = "judged") -> InputError | None:
-        """Return the error of a file that is damaged, once it has been read; else None.
+        """Return the error for a damaged file after it has been read; None if it is undamaged.
 
-        `what` says what was done with the packets before the damage.
+        `what` is the treatment of the packets before the damage, such as `judged`.
         """
         if not self.damage:
             return None
         how = "cut off" if "truncated" in self.damage else "damaged"
         at = f"packet {self.packets}, {self.last_us / 1e6:.3f} s"
-        text = f"is {how} after {at}; what comes before was {what}"
+        text = f"is {how} after {at}; the packets before it were {what}"
         return InputError(text, file=self._path, hint=self.damage)
 
     def _packet(self, data: bytes, cut: bool) -> Packet | None:
@@ -163,9 +164,9 @@ class Capture:
             self.others["IP fragments, which are not put together"] += 1
             return None
         begin = at + 4 * (version & 0x0F)
-        end = at + length if length else len(data)  # 0: the network card segments it
+        end = at + length if length else len(data)  # 0: the network card splits the packet later
         if len(data) < end and not cut:
-            self.others["packets shorter than their IP header says"] += 1
+            self.others["packets shorter than the length in their IP header"] += 1
             return None
         body = data[begin:end]
         least = _TCP_HEAD.size if protocol == _TCP else _UDP_HEAD.size
@@ -190,7 +191,7 @@ class Capture:
             if data and data[0] >> 4 == 6:
                 kind = _IPV6
         elif self.link in (_NULL, _LOOP):
-            family = {data[0:1], data[3:4]} - {b"\0"}  # in the byte order of its machine
+            family = {data[0:1], data[3:4]} - {b"\0"}  # in the byte order of the capturing machine
             kind, at = (_IP if family == {bytes([_FAMILY_IP])} else _IPV6), 4
         else:
             kind_at, at = _PLACES[self.link]
@@ -200,7 +201,7 @@ class Capture:
                 at += 4
         if kind == _IP:
             return at
-        self.others["IPv6, which EtherNet/IP has not" if kind == _IPV6 else "no IP"] += 1
+        self.others["IPv6, which EtherNet/IP does not use" if kind == _IPV6 else "no IP"] += 1
         return None
 
 

@@ -36,8 +36,8 @@ ANSWERS = (
     ("SI16", 1, "SO03", 0),
     ("SI17", 1, "SO11", 1),
 )
-#: Number of times that are stored exactly. Further times are only counted in steps that differ by
-#: this factor, so that the memory is bounded.
+#: Number of times that are stored exactly. Further times are counted in classes; each limit is the
+#: limit before times this factor. This bounds the memory.
 _EXACT, _STEP = 1_000, math.log(1.01)
 _PLACES = {
     one.short: (one.byte, one.bit) for table in (signals().input, signals().output) for one in table
@@ -68,11 +68,11 @@ class Times:
 
     @property
     def exact(self) -> bool:
-        """Return whether percentiles are exact; beyond 1,000 times they are right to 0.5 %."""
+        """Return whether percentiles are exact; with over 1,000 times the error is up to 0.5 %."""
         return self.count <= _EXACT
 
     def percentile_us(self, share: float) -> int:
-        """Return the time that this share (0 to 1) did not exceed; 0 without any."""
+        """Return the time that a part (0 to 1) of all times did not exceed; 0 without times."""
         left = math.ceil(share * self.count)
         if self.exact and self.count:
             return sorted(self._exact)[left - 1]
@@ -84,21 +84,21 @@ class Times:
 
 
 class Follower:
-    """Takes the samples of one controller.
+    """The analysis of the samples of one controller.
 
     Args:
-        tell: Called with the time and a line for each event.
-        report: Called with each broken rule.
-        at: Name of a sample: packet, scan or cycle.
-        tolerance_us: Two changes may be this much closer than 100 ms.
+        tell: Function that is called with the time and a line for each event.
+        report: Function that is called with each broken rule.
+        at: Name of a sample in texts: packet, scan or cycle.
+        tolerance_us: Two changes may be closer than 100 ms by this time.
 
     Attributes:
         times: Response times by the name of the answer.
         commands: Number of remote commands that were sent.
-        gaps: How often an area had changed after missing packets. No rule is judged across such a
+        gaps: How often an area had changed during missing packets. No rule is judged across such a
             gap.
-        together: How often new data came in one packet with their code. The scan between them may
-            have had no packet of its own, so the order in the program is unknown.
+        together: How often new data arrived in the same packet as their code. The program may have
+            set both in different scans without a packet in between, so the order is unknown.
     """
 
     def __init__(
@@ -162,7 +162,8 @@ class Follower:
         who, at = f"{self._at} {sample.number}", (sample.t_us, sample.number)
         if sample.si and sample.so and sample.connected:
             read = self._so if sample.at_once and self._so else sample.so
-            scans = [(False, sample.si)] if self._fresh else []  # not from the area before it
+            # after a gap the first area is not judged as a change
+            scans = [(False, sample.si)] if self._fresh else []
             if not self._fresh and _with_data(self._si, sample.si):
                 self.together += 1
                 scans.append((True, bytes(2) + sample.si[2:]))
@@ -186,7 +187,7 @@ class Follower:
                 self._tell(t_us, f"{signal} {'ON ' if now else 'OFF'}  {title}")
 
     def _time_dedicated(self, sample: Sample) -> None:
-        """Start and stop the clocks of the dedicated answers."""
+        """Start and stop the measurements of answers to dedicated inputs."""
         if sample.so and sample.so[_DEDICATED] != self._so[_DEDICATED]:
             for number in list(self._asked):
                 _, _, answer, target = ANSWERS[number]
@@ -255,7 +256,7 @@ class Follower:
 
 
 def ordered(times: dict[str, Times]) -> Iterator[tuple[str, Times]]:
-    """Yield the times: dedicated answers by signal, all commands, then each command."""
+    """Yield the times of dedicated answers by signal, of all commands, and of each command."""
     names = [_answer_name(number) for number in range(len(ANSWERS))]
     rank = {name: number for number, name in enumerate(names)}
     every = len(rank)

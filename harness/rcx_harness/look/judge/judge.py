@@ -25,9 +25,10 @@ __all__ = ["REPORT_EVERY", "JudgeOptions", "Judgement", "is_capture", "is_judged
 _SHOWN = slice(DEDICATED_AT, DEDICATED_AT + 2)
 _MOST_KEPT = 1_000
 REPORT_EVERY = 20_000
-_CAPTURES = ("0a0d0d0a", "a1b2c3d4", "d4c3b2a1", "a1b23c4d", "4d3cb2a1")  # how files begin
+# first bytes of capture files
+_CAPTURES = ("0a0d0d0a", "a1b2c3d4", "d4c3b2a1", "a1b23c4d", "4d3cb2a1")
 _TRACE, _PACKED = "7b", "1f8b"
-#: Commands whose traces do not contain the findings of both sides.
+#: Commands whose traces do not contain the broken rules of both sides.
 _UNJUDGED = ("rcx scan", "rcx serve")
 
 
@@ -36,9 +37,10 @@ class JudgeOptions:
     """The options of `rcx judge`.
 
     Attributes:
-        hosts: Addresses of the controllers, four bytes each; empty: as the Forward Opens say.
+        hosts: Addresses of the controllers, four bytes each; empty: the targets of the Forward
+            Opens.
         sizes: Allowed sizes of their areas.
-        tolerance_us: Two changes of dedicated inputs may be this much closer than 100 ms.
+        tolerance_us: Two changes of dedicated inputs may be closer than 100 ms by this time.
         from_us: Time at which events and chart begin.
         until_us: Time at which they end; None: the end of the file.
         trace: File for a trace of all samples; None: no file.
@@ -64,7 +66,7 @@ class Judgement:
         capture: The capture; None for a trace.
         header: First line of a trace.
         timeline: The changes for the chart.
-        chart_end_us: Time after which the chart had no more room; None if it is complete.
+        chart_end_us: Time at which the chart was full; None if it is complete.
         findings: Broken rules, at most the first thousand.
         count: Number of all broken rules.
         last_us: Time of the last packet or record.
@@ -83,7 +85,7 @@ class Judgement:
 
 
 class _Judge:
-    """Distributes the samples of a recording to the followers of the controllers."""
+    """The distribution of the samples of a recording to the followers of the controllers."""
 
     def __init__(
         self,
@@ -166,7 +168,7 @@ class _Judge:
         """Add a record to the chart while the chart has room."""
         if not self._wanted(sample.t_us) or self.result.chart_end_us is not None:
             return
-        si = sample.si or bytes(len(sample.so))  # nobody sends: nothing is ON
+        si = sample.si or bytes(len(sample.so))  # no master sends, so all inputs count as OFF
         shown = (sample.so[:2], sample.so[_SHOWN], si[:2], si[_SHOWN])
         if shown == self._shown.get(sample.controller):
             return
@@ -186,7 +188,7 @@ def judge(
 ) -> Judgement:
     """Read a recording and judge it.
 
-    `tell` is called with each line of the report, `progress` with the share of the file that has
+    `tell` is called with each line of the report, and `progress` with the part of the file that has
     been read.
     """
     if is_capture(options.file):
@@ -211,7 +213,7 @@ def is_capture(file: Path) -> bool:
 
 
 def is_judged(file: Path) -> bool:
-    """Return whether a trace already contains the findings of both sides, as a run writes them."""
+    """Return whether a trace already contains the broken rules of both sides (from a run)."""
     begin = _beginning(file)
     if not begin:
         raise InputError("is empty", file=file, hint="record again")

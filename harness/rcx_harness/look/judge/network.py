@@ -36,11 +36,11 @@ from structured_text.output.units import format_us
 
 __all__ = ["Connection", "Network", "Note", "Robot", "Sample", "Stranger"]
 
-_CYCLIC = b"\x02\x00\x02\x80\x08\x00"  # how each class 1 packet begins
+_CYCLIC = b"\x02\x00\x02\x80\x08\x00"  # first bytes of each class 1 packet
 _MULTICAST = range(224, 240)
 _MOST_PENDING, _MOST_STRANGERS, _MOST_CONNECTIONS, _MOST_LINES = 256, 256, 1_000, 4_000
 _OPEN = (ConnectionService.FORWARD_OPEN, ConnectionService.LARGE_FORWARD_OPEN)
-#: Bytes of data by the size on the wire, and whether the run/idle header is among them.
+#: By the size on the wire: bytes of data, and whether the packet has the run/idle header.
 _TO_ROBOT = {
     size + SEQUENCE_SIZE + header: (size, header > 0)
     for size in AREA_SIZES
@@ -49,7 +49,7 @@ _TO_ROBOT = {
 
 
 class Sample(NamedTuple):
-    """The state of a controller and its PLC from one time on.
+    """The state of a controller and its PLC from a time on.
 
     Attributes:
         t_us: Time of the capture.
@@ -57,10 +57,10 @@ class Sample(NamedTuple):
         controller: Number of the controller, from 1.
         so: The area to the PLC; empty before its first packet.
         si: The area to the controller; empty if nothing is sent to it.
-        connected: The PLC is connected, and its program runs.
-        whole: No packet is missing directly before this one.
-        at_once: Both areas belong to one cycle of the controller, so the sender of `si` had not
-            read `so`.
+        connected: Whether the PLC is connected and its program runs.
+        whole: Whether no packet is missing directly before this one.
+        at_once: Whether both areas belong to the same cycle of the controller, so that the sender
+            of `si` had not read `so`.
     """
 
     t_us: int
@@ -85,8 +85,8 @@ class Note(NamedTuple):
 class Connection:
     """One class 1 connection to a controller.
 
-    Intervals are those agreed upon [us], 0 where the capture has no Forward Open; `end` says how it
-    ended, empty while it is open.
+    Intervals are the agreed intervals [us]; 0 if the capture has no Forward Open. `end` is the way
+    in which it ended; empty while it is open.
     """
 
     peer: bytes
@@ -118,7 +118,7 @@ class Robot:
 
 @dataclass
 class Stranger:
-    """Packets of a connection that is not judged: of another device, or without a Forward Open."""
+    """Packets of a connection that is not judged: another device, or no Forward Open."""
 
     source: bytes
     destination: bytes
@@ -141,7 +141,7 @@ _Key = tuple[bytes, bytes, int]
 
 
 class Network:
-    """Follows the connections of all controllers of a capture.
+    """The connections of all controllers of a capture.
 
     Args:
         hosts: Addresses of the controllers. If given, the Forward Opens do not select them, and all
@@ -150,7 +150,7 @@ class Network:
         port: TCP port of explicit messages.
 
     Attributes:
-        strangers: Packets that are not judged, at most some hundred kinds.
+        strangers: Packets that are not judged; a few hundred kinds at most.
         cyclic: Number of class 1 packets.
         unreadable: Number of Forward Opens that could not be decoded.
     """
@@ -207,7 +207,7 @@ class Network:
             if line.connection is not robot.owner:
                 return
             if arrival.run != robot.run or not robot.si:
-                text = "runs" if arrival.run else "stands still (idle header)"
+                text = "runs" if arrival.run else "is stopped (idle header)"
                 yield Note(packet.t_us, robot.number, f"the program of the PLC {text}")
             robot.run = arrival.run
             changed = robot.si != arrival.data
@@ -314,7 +314,7 @@ class Network:
         if shared is not None and any(
             one.to_master is shared.way and not one.end for one in robot.connections
         ):
-            connection.to_master = shared.way  # all of them share one production
+            connection.to_master = shared.way  # multicast connections share one production
         yield from self._begin(packet, robot, connection)
         for old in [key for key, (one, _) in self._open.items() if one is robot]:
             if self._open[old][1].end:
@@ -380,7 +380,7 @@ class Network:
         return robot
 
     def _guessed(self, key: _Key, packet: Packet, length: int) -> _Line | None:
-        """Return a connection direction opened before the capture, guessed from its addresses."""
+        """Return a direction of a connection opened before the capture, guessed by addresses."""
         if key in self.strangers:
             return None
         size, header = _TO_ROBOT.get(length, (0, False))
@@ -420,7 +420,7 @@ class Network:
 
 
 def _wrapped(data: bytes) -> Request:
-    """Return the request in an Unconnected Send: ticks, length, request, route."""
+    """Return the request in an Unconnected Send, which has ticks, length, request and route."""
     length = int.from_bytes(data[2:4], "little")
     return decode_request(data[4 : 4 + length])
 

@@ -14,16 +14,16 @@ _FIN, _SYN, _RST = 0x01, 0x02, 0x04
 _COMMANDS = set(Command)
 _NUMBERS = 0xFFFFFFFF
 _HALF = 0x80000000
-#: Most stored directions of connections, and most segments that arrived before their turn.
+#: Limits of the stored directions of connections, and of the segments that wait for earlier ones.
 _MOST_STREAMS, _MOST_WAITING = 512, 32
 _LONGEST = 0xFFFF
 
 
 class Streams:
-    """All TCP connections of a capture, each direction by itself.
+    """All TCP connections of a capture, each direction separately.
 
-    A capture may begin in the middle of a connection: a segment that does not begin a frame is then
-    passed over, and so is what follows one that the capture has missed, up to the next frame.
+    A capture may begin in the middle of a connection, and it may lack segments. In both cases the
+    data up to the next segment that begins a frame are skipped.
 
     Attributes:
         gaps: How often segments were missing; the stream continues after them.
@@ -58,11 +58,12 @@ class _Stream:
     def __init__(self, first: int) -> None:
         self._next = first
         self._buffer = bytearray()
-        self._latest = 0  # where in it the latest segment begins: perhaps with a frame
+        # position in the buffer at which the latest segment begins, perhaps with a frame
+        self._latest = 0
         self._waiting: dict[int, bytes] = {}
 
     def take(self, sequence: int, payload: bytes) -> bool:
-        """Take a segment; return True if missing segments before it are given up."""
+        """Take a segment; return whether missing segments before it are no longer expected."""
         gap = False
         ahead = (sequence - self._next) & _NUMBERS
         if 0 < ahead < _HALF:
@@ -79,7 +80,7 @@ class _Stream:
         return gap
 
     def frames(self) -> Iterator[Frame]:
-        """Remove and yield the complete frames; other data are dropped up to the latest segment."""
+        """Remove and yield complete frames; drop other data up to the latest segment."""
         while (head := decode_header(self._buffer)) is not None:
             frame, length = head
             if frame.command not in _COMMANDS or frame.options or length > _LONGEST:
@@ -96,7 +97,8 @@ class _Stream:
         return (self._next - sequence) & _NUMBERS < _HALF
 
     def _append(self, sequence: int, payload: bytes) -> None:
-        known = (self._next - sequence) & _NUMBERS  # bytes that came before
+        # bytes of the segment that an earlier segment had, too
+        known = (self._next - sequence) & _NUMBERS
         if known < len(payload):
             self._latest = len(self._buffer)
             self._buffer += payload[known:]

@@ -25,7 +25,7 @@ _COUNTS = {
     "restarts": "times begun anew",
     "cut": "cut off by the capture",
     "wrong": "of a wrong length",
-    "stale": "with other data under the sequence count of the one before",
+    "stale": "with new data but the sequence count of the packet before",
 }
 
 

@@ -1,4 +1,4 @@
-"""One direction of a class 1 connection in a capture: its packets in order, counted."""
+"""One direction of a class 1 connection in a capture: the order and the number of its packets."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _NUMBERS, _HALF = 0xFFFFFFFF, 0x80000000
 #: Number of the latest sequence numbers that are stored. An older number cannot be classified as
 #: late or doubled.
 _KNOWN = 64
-#: A larger jump ahead, or this many old numbers in succession, count as a new beginning.
+#: A larger jump ahead, or this many old numbers in succession, counts as a restart of the numbers.
 _FARTHEST, _MOST_OLD = 1_000_000, 8
 
 
@@ -28,20 +28,20 @@ class Arrival(NamedTuple):
 
 
 class Way:
-    """Judges the packets of one connection id by their sequence numbers of 32 bits.
+    """The judgement of the packets of a connection id by their sequence numbers of 32 bits.
 
     Args:
-        size: Bytes of data; None: packets are counted, whatever their contents.
-        header: A run/idle header precedes the data.
+        size: Bytes of data; None: packets are only counted.
+        header: Whether a run/idle header precedes the data.
         timeout_us: A longer silence ends the connection; 0: unknown.
 
     Attributes:
-        lost: Number of sequence numbers that never came.
+        lost: Number of sequence numbers that never arrived.
         doubled: Number of packets that repeat a sequence number.
-        late: Number of packets that came after a newer one. They are ignored, as a receiver does.
+        late: Number of packets that arrived after a newer packet. A receiver ignores them, too.
         restarts: How often the sequence numbers started again.
-        cut: Number of packets that the capture holds only in part.
-        wrong: Number of packets of another length than agreed.
+        cut: Number of packets that the capture contains only in part.
+        wrong: Number of packets with another length than agreed.
         stale: Number of packets with new data but the sequence count (16 bits) of the packet
             before.
         longest_us: The longest time between two packets.
@@ -65,7 +65,7 @@ class Way:
     def take(self, t_us: int, packet: Packet, cut: bool) -> Arrival | None:
         """Take the next packet; return None if it cannot be used.
 
-        `cut` is True if the capture holds only a part of the packet.
+        With `cut` the capture contains only a part of the packet.
         """
         self.packets += 1
         passed_us = 0 if self.first_us is None else t_us - self.last_us
@@ -91,7 +91,7 @@ class Way:
         return Arrival(data, run, missing > 0 or self.silent_us > 0)
 
     def _order(self, number: int) -> int | None:
-        """Return how many numbers are missing before this one; None if it is not a newer one."""
+        """Return how many numbers are missing before this number; None if it is not newer."""
         newest, self._newest = self._newest, number
         if newest is None:
             self._seen = 1

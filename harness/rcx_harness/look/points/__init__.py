@@ -1,1 +1,1 @@
-"""`rcx points`: points and the other stored data of a controller, to a file and back."""
+"""`rcx points`: back up points and other stored data of a controller, and restore them."""

@@ -1,6 +1,6 @@
 """Stored data as the data sections of a file with all data of a controller (.ALL).
 
-The format is the format of robot/program/all_file.py. It is assumed, too: no public file was found.
+The format is that of robot/program/all_file.py. It is assumed, because no public file was found.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def from_file(file: Path) -> tuple[Stored, list[str]]:
     """Return the stored data of a TOML or .ALL file, and the skipped parts of it.
 
     Raises:
-        InputError: it cannot be read, or it has none of these data.
+        InputError: the file cannot be read, or it has none of these data.
     """
     if not is_all(file):
         return from_toml(file), []
@@ -47,19 +47,19 @@ def from_file(file: Path) -> tuple[Stored, list[str]]:
 
 
 def _others(content: AllFile) -> Iterator[str]:
-    """Yield the kinds of data that such a file has and that are not points and the like."""
+    """Yield the kinds of data in such a file that are not stored data."""
     for name in ("programs", "variables", "parameters"):
         if count := len(getattr(content, name)):
             yield f"{count} {name if count > 1 else name[:-1]}"
 
 
 def beyond_all(stored: Stored) -> list[Key]:
-    """Return the keys of the data for which the sections have no place: hands of robots 2 to 4."""
+    """Return the keys of data that the sections cannot contain: hands of robots 2 to 4."""
     return [key for key in stored.values if key[0] == "hands" and key[1] != 1]
 
 
 def as_all(stored: Stored) -> str:
-    """Return the sections; mm have three decimals, as in the controller."""
+    """Return the sections; values in mm have three decimals, as in the controller."""
     sections: dict[str, Iterable[str]] = {
         "PNT": (f"P{n}={_point(point)}" for n, point in _sorted(stored, "points")),
         "PCM": (f"PC{n}={_comment(text)}" for n, text in _sorted(stored, "comments")),
@@ -98,7 +98,7 @@ def _shift(shift: object) -> str:
 
 
 def _hand(hand: object) -> str:
-    """Return hand data; the first value is in mm with a decimal point, else as on the wire."""
+    """Return hand data; with a decimal point the first value is in mm, else as on the wire."""
     assert isinstance(hand, Hand)
     first = _mm(hand.data[0]) if hand.on_r_axis else str(hand.data[0])
     return " ".join([first, *map(_mm, hand.data[1:3]), *(["R"] if hand.on_r_axis else [])])

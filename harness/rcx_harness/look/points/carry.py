@@ -1,4 +1,4 @@
-"""Reads, compares and writes stored data over one connection, with remote commands (guide 4.3)."""
+"""Transfer of stored data over one connection, with remote commands (guide 4.3)."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from rcx_harness.spec.wire import NORMAL_END, READY
 
 __all__ = ["TIMEOUT_US", "UNDEFINED", "Carrier", "RefusedError"]
 
-#: Longest wait for each answer: a command is held until its end (guide 1.1, note).
+#: Longest wait for each answer; the code stays set until the end status (guide 1.1, note).
 TIMEOUT_US = 10_000_000
 
-#: "Point doesn't exist", "Undefined pallet": assumed, the manual names no alarm.
+#: "Point doesn't exist", "Undefined pallet". Assumed, because the manual names no alarm.
 UNDEFINED = ("6.204", "6.236")
 
-#: Name of the command behind Read and Write, and its field for the number.
+#: Part of the command's name after Read or Write, and the field with the number.
 _COMMANDS = {
     "points": ("Point", "point"),
     "comments": ("PointComment", "point"),
@@ -33,13 +33,13 @@ Progress = Callable[[float], None]
 
 
 class RefusedError(Exception):
-    """The controller did not execute a request; the text gives the reason."""
+    """The error if the controller does not execute a request; the text is the reason."""
 
 
 class Carrier:
     """A connection to a controller; while it is open, this program is the master.
 
-    All dedicated inputs stay OFF, SI(00) among them: the controller is in emergency stop.
+    All dedicated inputs stay OFF. Since SI(00) is OFF, the controller is in emergency stop.
 
     Args:
         undefined: Alarms that mean "not defined" in the answer to a reference.
@@ -63,12 +63,12 @@ class Carrier:
             raise RefusedError(f"it shows the remote status {status} without a command")
 
     def read(self, asked: Sequence[Key], progress: Progress) -> Stored:
-        """Return the controller's values of these keys, without those that are not defined.
+        """Return the controller's values of these keys, without undefined data.
 
         Raises:
             LostError: the connection is gone.
-            RefusedError: a reference ended in an alarm that does not say "not defined", was not
-                answered in time, or with the data of another one.
+            RefusedError: a reference ended in an alarm other than "not defined", was not answered
+                in time, or was answered with data of another number.
         """
         stored = Stored(asked=list(asked))
         for done, key in enumerate(asked):
@@ -83,8 +83,8 @@ class Carrier:
 
         Raises:
             LostError: the connection is gone.
-            RefusedError: a definition ended in an alarm, or did not end in time, so that it may
-                be done; those before it are.
+            RefusedError: a definition ended in an alarm; or it did not end in time, so it may have
+                been executed. The definitions before it have been executed.
         """
         for done, key in enumerate(wanted):
             self._run("Write", key, **_fields(key[0], stored.values.get(key, "")))
@@ -111,7 +111,7 @@ class Carrier:
 
 
 def _check_number(what: str, got: Mapping[str, Any], asked: Mapping[str, int]) -> None:
-    """Check the numbers in an answer: m+4, and for hands the robot, too (guide 4.3)."""
+    """Check the number in an answer (m+4), and for hands also the robot (guide 4.3)."""
     for name, number in asked.items():
         if name in got and got[name] != number:
             said = name.replace("_number", "")

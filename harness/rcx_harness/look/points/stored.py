@@ -1,4 +1,4 @@
-"""Stored data as a file: the tables of a robot file that the virtual controller reads, and CSV."""
+"""Stored data as a file: as tables of a robot file for the virtual controller, or as CSV."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from structured_text.output.toml_files import load_toml, toml_value
 
 __all__ = ["KINDS", "Key", "Stored", "as_csv", "as_toml", "from_toml", "shown", "without_foreign"]
 
-#: The tables, in the order in which they are read and written: pallets need their points.
+#: The tables in the order of reading and writing; pallets follow the points that they need.
 KINDS = ("points", "comments", "shifts", "hands", "pallets")
 _COLUMNS = ("number", "unit", *(f"axis{k}" for k in range(1, 7)), "hand", "arm1", "arm2", "comment")
 
-#: A kind, the robot (of hands; else 0) and the number.
+#: The kind of data, the robot (for hands; else 0) and the number.
 Key = tuple[str, int, int]
 
 
@@ -46,7 +46,7 @@ class Stored:
 def without_foreign(stored: Stored) -> tuple[Stored, list[int]]:
     """Return the data that a robot file can contain, and the numbers of other comments.
 
-    Comments are of the characters 16#20 to 16#7E (guide 4.3.2); no command writes others.
+    Comments consist of the characters 16#20 to 16#7E (guide 4.3.2); commands write no others.
     """
     foreign = [
         key
@@ -59,7 +59,7 @@ def without_foreign(stored: Stored) -> tuple[Stored, list[int]]:
 
 
 def as_toml(stored: Stored, head: Iterable[str]) -> str:
-    """Return the tables of a robot file; mm have three decimals, as in the controller.
+    """Return the tables of a robot file; values in mm have three decimals, as in the controller.
 
     `head` is a comment at the beginning.
     """
@@ -118,7 +118,7 @@ def from_toml(file: Path) -> Stored:
 
 
 def shown(value: Any) -> str:
-    """Return a value in one line for people."""
+    """Return a value as a readable line."""
     if value is None:
         return "not defined"
     if isinstance(value, str):

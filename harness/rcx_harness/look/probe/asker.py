@@ -16,11 +16,11 @@ from structured_text.output.units import format_word
 
 __all__ = ["Answer", "Asker", "Finding", "History", "NoAnswerError", "SkipError", "telegram"]
 
-#: Between two changes of dedicated inputs: the manual's 100 ms and some for the packets.
+#: Time between two changes of dedicated inputs: 100 ms (manual) plus a reserve for the packets.
 _INTERVAL_US = 130_000
 _PATIENCE_US = 3_000_000
 _SETTLED_US = 300_000
-#: Written data are sent with the second packet at the latest: the first may be prepared already.
+#: Written data are sent with the second packet at the latest; the first may already be prepared.
 _PACKETS = 2
 _DEFAULTS = RobotConfig()
 _BITS = {one.short: (one.byte, 1 << one.bit) for one in (*signals().input, *signals().output)}
@@ -30,7 +30,7 @@ _END = 6
 
 
 class SkipError(Exception):
-    """The question cannot be asked here, or its answer decides nothing; the reason in words."""
+    """The question cannot be asked here, or its answer decides nothing; the text is the reason."""
 
 
 @dataclass(frozen=True)
@@ -40,10 +40,10 @@ class Finding:
     Attributes:
         rule: The name of the rule.
         knob: The key of the rule; empty if the rule has none.
-        values: Possible values at the controller; (least, most) if `between`.
+        values: Values that the controller may have; with `between`, (lowest, highest).
         expected: The assumed value.
         text: The evidence, in words.
-        between: The value lies between the two values, and is not the first.
+        between: Whether the value is above the first and at most the second of two values.
     """
 
     rule: str
@@ -69,12 +69,12 @@ class Answer:
     """The end of a remote command.
 
     Attributes:
-        words: The 16 words from m on.
+        words: The words m to m+30.
         fields: Fields of a normal end, by name.
         alarm: Alarm of an abnormal end, as `"12.600"`; else empty.
         ran: Whether 0x0100 was seen.
         accepted_us: Time from the code to the first status, without transmission times.
-        ended_us: Time from there to the end.
+        ended_us: Time from the first status to the end status.
         reset_us: Time from the status reset to the ready status, without transmission times.
     """
 
@@ -90,14 +90,14 @@ class Answer:
 
 @dataclass(frozen=True)
 class History:
-    """The alarm history: how many messages there are, the first ones, the last ones."""
+    """The alarm history: the number of messages, the first messages and the last messages."""
 
     count: int
     head: tuple[str, ...]
     tail: tuple[str, ...]
 
     def new_since(self, before: History) -> set[str]:
-        """Return the alarms since then, whether new ones come first or last."""
+        """Return the alarms since another history; new alarms may be first or last."""
         grown = min(self.count - before.count, _END)
         if self.head[: len(before.head)] == before.head and grown > 0:
             return set(self.tail[-grown:])
@@ -106,7 +106,7 @@ class History:
         return (set(self.head) - set(before.head)) | (set(self.tail) - set(before.tail))
 
     def newest_first(self, before: History, latest: str) -> bool | None:
-        """Return whether new alarms come before the older ones.
+        """Return whether new alarms are before older alarms.
 
         Return None if the order cannot be seen. `before` is the history before some alarms came,
         `latest` the last of these alarms.
@@ -120,14 +120,14 @@ class History:
 
 
 class NoAnswerError(SkipError):
-    """A remote command did not begin or end, or its status was not reset."""
+    """The error if a remote command does not begin or end, or if its status is not reset."""
 
 
 class Asker:
     """A connection to a controller, with the findings of all questions.
 
     Args:
-        person: Asks the person to do something; returns False if the person declines.
+        person: Function that asks the person to act; returns False if the person declines.
         trace: Records every change of an area, as evidence.
     """
 
@@ -148,7 +148,7 @@ class Asker:
         self._changed_us = -_INTERVAL_US
         self._decides: Mapping[str, tuple[str, ...]] = {}
 
-    # What was found.
+    # Reports of findings.
 
     def begin(self, decides: Mapping[str, tuple[str, ...]]) -> None:
         """Assign all further findings to these rules and their keys."""
@@ -163,12 +163,12 @@ class Asker:
         self._found(name, (low, high), text, between=True)
 
     def delay(self, name: str, us: int, text: str) -> None:
-        """Report a measured delay; it may be shorter by the tolerance of the line."""
+        """Report a measured delay; the real delay may be shorter by the tolerance of the line."""
         low = max(0.0, (us - self.line.tolerance_us) / 1000)
         self._found(name, (low - 0.001, us / 1000 + self.line.step_us / 1000), text, between=True)
 
     def rule(self, name: str, holds: bool, text: str) -> None:
-        """Report whether a rule without a knob holds."""
+        """Report whether a rule that has no key holds."""
         self.findings.append(Finding(name, "", (holds,), True, text))
 
     def _found(self, name: str, values: tuple[Any, ...], text: str, *, between: bool) -> None:
@@ -268,7 +268,7 @@ class Asker:
     # The connection.
 
     def open(self, *on: str, code: int = 0) -> None:
-        """Connect; these inputs and this code are in the first packet."""
+        """Connect, with these inputs and this code in the first packet."""
         self._si[:] = bytes(len(self._si))
         for name in on:
             at, mask = _BITS[name]
@@ -293,12 +293,12 @@ class Asker:
                 return
 
     def drop(self, us: int) -> None:
-        """Send nothing until the controller has detected the loss of its master."""
+        """Send no packets until the controller has detected the loss of its master."""
         self.line.drop()
         self.line.wait(us)
 
     def rest(self) -> None:
-        """Switch all inputs OFF and end the command, as every question begins and ends."""
+        """Switch all inputs OFF and end the command, before and after each question."""
         if self._si[0] or self._si[1]:
             self.send((0,) * 16)
         self._run = True
@@ -325,8 +325,8 @@ class Asker:
         The data reach the controller before the code is sent (guide 2, steps 1 and 2).
 
         Raises:
-            NoAnswerError: it does not show the ready status before, or no end, or not the ready
-                status after that. Where there is no end the command is taken away all the same.
+            NoAnswerError: the controller is not ready before the command, shows no end status, or
+                is not ready after the reset. The code is set to 0 even if there is no end status.
         """
         self._until_ready("without a command")
         self.send((0, *words[1:]))
@@ -372,7 +372,7 @@ class Asker:
         self.wait(2 * CYCLE_US)
 
     def needs(self, held: bool, text: str) -> None:
-        """Raise SkipError with the text as its reason unless the condition holds."""
+        """Raise SkipError with this reason unless the condition holds."""
         if not held:
             raise SkipError(text)
 
@@ -414,7 +414,7 @@ class Asker:
 
 
 def telegram(name: str, robot: int = 0, **fields: FieldValue) -> tuple[int, ...]:
-    """Return the 16 words of a request, unchecked, since some questions send wrong ones."""
+    """Return the 16 words of a request, unchecked, because some questions send wrong words."""
     entry = command(name)
     words = [0] * 16
     for part in entry.request:

@@ -11,7 +11,7 @@ _MODULES = (reading, signals, handshake, data, person, motion)
 
 
 def questions() -> list[Question]:
-    """Return all questions by risk; those that need no person at the cell come first."""
+    """Return all questions by risk; questions without a person at the cell are first."""
     every = [
         one for module in _MODULES for one in vars(module).values() if isinstance(one, Question)
     ]

@@ -13,21 +13,21 @@ from rcx_harness.spec.wire import CYCLE_US
 
 __all__ = ["LostError", "NetworkLine", "NotConnectedError"]
 
-#: Written data are valid for this time unless they are written again, so that the robot stops if
-#: the probe hangs.
+#: Time for which written data are sent if they are not written again. If the probe hangs, the
+#: packets end and the robot stops.
 _LEASE_US = 1_000_000
 _LOOK_US = 1_000
 _FIRST_US = 5_000_000
 
 
 class LostError(Exception):
-    """The connection has ended, and not because of the probe."""
+    """The error for a connection that the probe has not closed itself."""
 
 
 class NotConnectedError(LostError):
-    """The connection could not be opened.
+    """The error for a connection that could not be opened.
 
-    `text` gives the reason, `hint` the remedy.
+    `text` is the reason, and `hint` the remedy.
     """
 
     def __init__(self, text: str, hint: str = "") -> None:
@@ -43,8 +43,8 @@ class NetworkLine:
         address: IPv4 address of this machine to send from; empty: the system chooses.
 
     Attributes:
-        step_us: Shortest useful time between two reads.
-        tolerance_us: A measured time may be too long by this much.
+        step_us: Time between two reads; a shorter time is of no use.
+        tolerance_us: Time by which a measured time may be too long.
         identity: Identity of the controller, line by line.
     """
 
@@ -69,7 +69,7 @@ class NetworkLine:
 
     @property
     def sent(self) -> int:
-        """Return the number of sent packets; each has the data at the time it was prepared."""
+        """Return the number of sent packets; each has the data from the time of its preparation."""
         return self._scanner.shared.status().sent
 
     def open(self, first: bytes) -> None:
@@ -92,12 +92,12 @@ class NetworkLine:
         self._open = True
 
     def drop(self) -> None:
-        """Fall silent, as if the cable were cut."""
+        """Stop sending without closing, as if the cable were cut."""
         self._open = False
         self._scanner.stop()
 
     def write(self, area: bytes, *, run: bool = True) -> None:
-        """Send this area from now on; without `run` with the idle header."""
+        """Send this area from now on; without `run`, with the idle header."""
         self._written = area
         self._scanner.write(area, run, _LEASE_US)
 
@@ -105,7 +105,7 @@ class NetworkLine:
         """Return the area that was received last.
 
         Raises:
-            LostError: nothing comes any more.
+            LostError: no packets arrive any more.
         """
         received = self._scanner.read()
         if self._open:
@@ -121,7 +121,7 @@ class NetworkLine:
         end_us = self.now_us + us
         while (left_us := end_us - self.now_us) > 0:
             if self._open:
-                self.read()  # the lease continues
+                self.read()  # renews the time for which the data is valid
             time.sleep(min(left_us, 100_000) / 1e6)
 
     def close(self) -> None:

@@ -31,14 +31,14 @@ class Risk(IntEnum):
 
 @dataclass(frozen=True)
 class Question:
-    """One step of a probe.
+    """One question of a probe.
 
     Attributes:
-        risk: What can happen at most.
+        risk: The highest risk at the cell.
         title: The question in one line.
-        does: Description of the step at the cell, for the person who confirms it.
+        does: Description of the action at the cell, for the person who confirms it.
         decides: Rules with the keys that the answer decides; empty for a rule without keys.
-        ask: Carries out the step.
+        ask: Function that asks the question and reports findings.
         person: Action that the person must take; empty if none.
     """
 

@@ -1,4 +1,4 @@
-"""The report of a probe: rule by rule, with its evidence, to be sent (TOML and Markdown)."""
+"""The report of a probe, with the evidence for each rule (TOML and Markdown)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["Subject", "Verdict", "as_markdown", "as_toml", "unasked", "verdicts"
 
 @dataclass(frozen=True)
 class Subject:
-    """The person, the day and the device of a probe, as the person gives them.
+    """The person, the day and the device of a probe, as entered by the person.
 
     Attributes:
         robot: Type of controller and robot, such as `RCX340 with YK400XE`; may be empty.
@@ -38,7 +38,7 @@ class Verdict:
     Attributes:
         verdict: `confirmed`, `confirmed in part`, `refuted` or `not asked`.
         findings: Findings with their questions.
-        open: Keys of the rule without any finding.
+        open: Keys of the rule without a finding.
         reason: Why the rule was not examined; empty if it was.
     """
 
@@ -51,13 +51,13 @@ class Verdict:
 
 @lru_cache(maxsize=1)
 def unasked() -> Mapping[str, str]:
-    """Return the assumed rules that no question decides, each with the reason."""
+    """Return the assumed rules that no question decides, with the reasons."""
     table: list[dict[str, Any]] = load_toml(folder() / "unasked.toml")["unasked"]
     return {rule: entry["reason"] for entry in table for rule in entry["rules"]}
 
 
 def verdicts(outcome: Outcome) -> list[Verdict]:
-    """Return a verdict for each assumed rule, in the order of the table."""
+    """Return a verdict for each assumed rule, in the order of spec/rules.toml."""
     return [_verdict(rule, outcome) for rule in rules() if rule.basis == "assumed"]
 
 
@@ -88,7 +88,7 @@ def _reason(rule: Rule, outcome: Outcome) -> str:
 
 
 def as_toml(outcome: Outcome, subject: Subject) -> str:
-    """Return the report for programs."""
+    """Return the report as TOML, for programs."""
     head = {
         "format": "rcx-probe/1",
         **asdict(subject),
@@ -126,7 +126,7 @@ def _rounded(value: Any) -> Any:
 
 
 def as_markdown(outcome: Outcome, subject: Subject) -> str:
-    """Return the report for people."""
+    """Return the report as Markdown, for readers."""
     every = verdicts(outcome)
     count = {kind: sum(one.verdict == kind for one in every) for kind in _KINDS}
     lines = [

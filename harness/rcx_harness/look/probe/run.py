@@ -1,4 +1,4 @@
-"""The course of a probe, with all of its possible ends."""
+"""The course of a probe: its questions, and every way in which it can end."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class Outcome:
 
     Attributes:
         findings: Findings by question, in the order of the questions.
-        skipped: Why a question was skipped, or decided nothing.
-        ended: Why the probe ended before its last question; empty if it did not.
+        skipped: By question, the reason why it was skipped or has decided nothing.
+        ended: Reason why the probe ended before its last question; empty if it is complete.
     """
 
     identity: Sequence[str] = ()
@@ -37,9 +37,10 @@ class Person:
     """The person who operates the probe.
 
     Attributes:
-        confirms: Called before each question; returns False to skip it.
-        does: Called with an action at the cell and its name as an event; returns False if not done.
-        tell: Called with each line of output.
+        confirms: Function that is called before each question; returns False to skip it.
+        does: Function that is called with an action at the cell and the name of its event; returns
+            False if the action was not done.
+        tell: Function that is called with each line of output.
     """
 
     confirms: Callable[[Question], bool]
@@ -50,7 +51,7 @@ class Person:
 def probe(
     line: NetworkLine, asked: Sequence[Question], person: Person, trace: Path | None = None
 ) -> Outcome:
-    """Ask one question after the other; all inputs are OFF between them and at the end.
+    """Ask the questions one after the other; between them and at the end all inputs are OFF.
 
     Ctrl-C or a lost connection ends the probe: the inputs go OFF, the connection is closed, and the
     outcome contains all findings so far.

@@ -38,7 +38,7 @@ class Call:
     """A command from the master: its code without R, the addressed robot, and the fields.
 
     `designated` is R as it was sent, 0 to 4. Some commands distinguish 0 from robot 1. With
-    `by_program` a robot program executes a statement that does the same as the command.
+    `by_program` the command comes from a statement of a robot program.
     """
 
     code: int
@@ -68,14 +68,14 @@ class Execution:
     """A command under way; by default the status reset command does not end it."""
 
     stoppable = False
-    """The status reset command may end it (continuous output), which is not a violation then."""
+    """The status reset command may end it (continuous output); this is not a violation."""
 
     def step(self, machine: Machine) -> Response | None:
         """Continue in this cycle; return the response once it has ended normally, else None."""
         raise NotImplementedError
 
     def interim(self, machine: Machine) -> Response:
-        """Return the response that is shown with status 0x0100: nothing before the end."""
+        """Return the response that is shown with status 0x0100 before the end; by default empty."""
         return {}
 
 
@@ -127,7 +127,7 @@ def takes_time(*codes: int) -> Callable[[_S], _S]:
 
 
 def statement(code: int) -> Callable[[_S], _S]:
-    """Register a statement of robot programs that is not a remote command, by a code of our own."""
+    """Register a statement of robot programs that has no remote command; the code is our own."""
 
     def register(starter: _S) -> _S:
         _STATEMENTS[code] = starter

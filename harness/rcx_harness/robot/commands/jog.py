@@ -26,7 +26,7 @@ class Jog(Moving):
     """A jog: the axis moves until the stop input goes OFF, at most to a soft limit.
 
     The stop is an abnormal end that shows the position. At the limit the jog ends with 2.334, or
-    normally if `jog_limit` says so.
+    normally if `jog_limit` is set so.
     """
 
     def __init__(self, machine: Machine, call: Call) -> None:
@@ -93,7 +93,7 @@ def _manual(call: Call) -> Pace:
 
 
 def _ways(call: Call, distance: float) -> Mapping[int, float]:
-    """Return the change of each coordinate on a way along the selected axis, by place."""
+    """Return the change of each coordinate, by place, if the tool moves along the selected axis."""
     place, sign = _axis(call)
     ways = {place: sign * distance}
     if call.code in _TOOL:
@@ -108,8 +108,8 @@ def _ways(call: Call, distance: float) -> Mapping[int, float]:
 def _reach(call: Call) -> float:
     """Return the distance until an axis is at its soft limit [0.001 mm or 0.001 degree].
 
-    If all axes move evenly, it follows from the rates of the axes. If something turns, it is
-    searched.
+    If all axes move in proportion to the distance, the limit of each axis gives its distance. If a
+    hand or an arm turns, the distance is searched in steps.
     """
     axes, frame = call.arm.axes, call.arm.frame
     start = frame.to_mm(call.arm.here)
@@ -143,7 +143,7 @@ def _reach(call: Call) -> float:
 
 
 def _last(inside: Callable[[float], bool], end: float) -> float:
-    """Return the last distance before the first one outside, by steps and then by bisection."""
+    """Return the longest distance that stays inside, searched in steps, then by bisection."""
     steps: Iterable[float] = (k * _STEP for k in range(1, int(end / _STEP) + 1))
     out = next((distance for distance in chain(steps, (end,)) if not inside(distance)), None)
     if out is None:

@@ -32,7 +32,8 @@ __all__ = ["Moving", "position_output"]
 
 _Plan = Callable[[Arm, Mapping[int, int], Pace], Path]
 
-_DIRECT_SPEED, _PERCENT, _MM_PER_S = 1, 2, 3  # speed modes; the first in 0.01 % of the maximum
+# speed modes; the unit of the first is 0.01 % of the maximum
+_DIRECT_SPEED, _PERCENT, _MM_PER_S = 1, 2, 3
 _LINEAR = (0x003, 0x00A, 0x045)
 _ON_CURVE = (*_LINEAR, 0x004, PATH_START)
 _MM = (0x006, 0x00E, 0x012, 0x016, 0x04C)
@@ -59,7 +60,7 @@ class Moving(Execution):
 
 
 def position_output(call: Call) -> Response:
-    """Return the position in the requested unit; nothing if the command has no such flags."""
+    """Return the position in the requested unit; empty if the command requests no position."""
     if "position_mm" not in call.values:
         return {}
     mm = bool(call.values["position_mm"])
@@ -178,9 +179,9 @@ def move_to_work_position(machine: Machine, call: Call) -> Moving:
 
 @takes_time(0x044, 0x045)
 def move_in_tool_coordinates(machine: Machine, call: Call) -> Moving:
-    """Move by the point's data along the axes of the tool, from its current place (MOVET, 4.2.21).
+    """Move by the point's data along the axes of the tool (MOVET, 4.2.21).
 
-    The selected axes are those of the tool: the robot's axes move as required.
+    The command selects axes of the tool. The axes of the robot move as required.
     """
     arm, places = call.arm, _movable_places(machine, call)
     point = _point(machine, call)
@@ -192,7 +193,7 @@ def move_in_tool_coordinates(machine: Machine, call: Call) -> Moving:
     if point.mm or frame.straight:
         there = arm.frame_with(point.hand) if point.hand else frame
         ends = there.to_pulses(frame.tool_to_mm(frame.to_mm(start), way))
-    else:  # each axis moves by itself: the axes are the coordinates
+    else:  # in pulses the axes are the coordinates, so each moves by its own data
         ends = tuple(at + point.data[k] * (k in places) for k, at in enumerate(start))
     target = {
         place: round(end)
@@ -323,13 +324,14 @@ def _go_by(
     hand: int = 0,
     one_axis: bool = False,
 ) -> Moving:
-    """Move each axis (by its place) by its way [pulses or 0.001 mm].
+    """Move each axis (by its place) by its distance [pulses or 0.001 mm].
 
     With `one_axis` a movement that needs other axes is refused.
 
-    If an interrupted movement is commanded again, it continues to its original target (parameter
-    "MOVEI/DRIVEI start position": Keep); with Reset it starts from the current position. The
-    command is the same if code, axes and ways are the same; speed and output may differ.
+    If a command repeats an interrupted movement and the parameter "MOVEI/DRIVEI start position" is
+    Keep, the movement continues to its original target. With Reset it starts from the current
+    position. A command repeats another if code, axes and distances are equal; speed and output may
+    differ.
     """
     arm = call.arm
     again = (call.code, mm, tuple(sorted(ways.items())))

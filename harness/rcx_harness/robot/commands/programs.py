@@ -1,7 +1,7 @@
 """Categories 4 and 5: ports and robot programs (guide, 4.5 and 4.6).
 
-A normal end of a command of category 5 only confirms its reception, like a key of the programming
-box. Programs start and are reset a moment later, which SO(13) and SO(14) show.
+The normal end of a command of category 5 only confirms its reception, like a key of the programming
+box. The program starts or is reset a moment later; SO(13) and SO(14) show it.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from rcx_harness.robot.alarms import EMERGENCY_STOP, STOP, CommandError
 from rcx_harness.robot.commands.base import Call, Response, act
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.ports import port_of
+from rcx_harness.robot.program.task import NEXT_LINE, RUN, STEP
 from rcx_harness.robot.signals import dedicated_outputs
-from rcx_harness.robot.tasks import NEXT_LINE, RUN, STEP
 
 _KINDS = ("DI", "DO", "MO", "LO", "TO", "SI", "SO")
 _DEDICATED = 2  # SO0() and SO1()
@@ -124,13 +124,13 @@ def read_info(machine: Machine, call: Call) -> Response:
 
 
 def _named(call: Call) -> tuple[str, int]:
-    """Return kind and index of the port; its tens and units are octal digits."""
+    """Return kind and index of the port; the port number has octal digits."""
     tens, units = divmod(call.values["port"], 16)
     return _KINDS[call.values["port_type"]], 8 * tens + units
 
 
 def _place(machine: Machine, call: Call) -> int:
-    """Return the place of the selected program; if names are equal, the lowest place."""
+    """Return the place of the selected program; the lowest place if several have that name."""
     tasks, values = machine.program.tasks, call.values
     if values["method"] == _TASK:
         task = machine.program.in_task(values["task"])

@@ -6,8 +6,8 @@ from rcx_harness.robot.alarms import EMERGENCY_STOP, STOP, ActiveAlarm, CommandE
 from rcx_harness.robot.commands.base import Action, Call, Execution, Response, act, takes_time
 from rcx_harness.robot.config.checks import alarm_code
 from rcx_harness.robot.machine import Machine
+from rcx_harness.robot.program.task import RobotTask
 from rcx_harness.robot.stored import AXES
-from rcx_harness.robot.tasks import RobotTask
 
 _MM = 0x506
 _DRIVERS = 4
@@ -74,7 +74,7 @@ def read_position(machine: Machine, call: Call) -> Execution:
 
 
 class _Continuous(Execution):
-    """Continuous output: status 0x0100 with the position of every cycle, until the status reset."""
+    """Continuous output: the position in every cycle, until the status reset command."""
 
     stoppable = True
 
@@ -117,7 +117,7 @@ def read_arm(machine: Machine, call: Call) -> Response:
 
 @act(0x50F)
 def read_origins(machine: Machine, call: Call) -> Response:
-    """Return which axes have their origin, or whether the entire system has (4.7.11)."""
+    """Return the origin state of each axis, or of the entire system (4.7.11)."""
     if not call.designated:
         return {"origin_states": int(machine.origin_complete)}
     every = call.arm.indices
@@ -195,7 +195,7 @@ def read_time(machine: Machine, call: Call) -> Response:
 
 
 def _six(values: list[int], absent: int) -> tuple[int, ...]:
-    """Return the values of all axes in a response; `absent` for axes that do not exist."""
+    """Return the fields of all six axes; `absent` for axes that do not exist."""
     return tuple(values + [absent] * (AXES - len(values)))
 
 

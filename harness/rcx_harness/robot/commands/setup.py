@@ -99,7 +99,7 @@ def absolute_reset(machine: Machine, call: Call) -> None:
 
 @takes_time(0x032)
 def return_robot_to_origin(machine: Machine, call: Call) -> Execution:
-    """Return all axes to their origins, or those that a flag selects; robot 0 is all (4.2.12)."""
+    """Return all axes, or those that a flag selects, to their origins; 0: all robots (4.2.12)."""
     config, values = machine.config, call.values
     wanted = (call.designated,) if call.designated else range(1, ROBOTS + 1)
     indices = [index for robot in wanted for index in config.axes_of(robot)]
@@ -132,7 +132,7 @@ def servo_on(machine: Machine, call: Call) -> Execution:
 
 @act(0x035, 0x036)
 def release(machine: Machine, call: Call) -> None:
-    """Switch servos OFF with brakes, or free without (4.2.13); movements of these axes end."""
+    """Switch servos OFF, with brakes or free (4.2.13); movements of these axes end."""
     indices = call.indices or call.arm.indices
     machine.halt_axes(indices, machine.config.servo_off_alarm)
     machine.servos.set(indices, BRAKE if call.code == _OFF else FREE)
@@ -148,14 +148,14 @@ def motor_power_off(machine: Machine, call: Call) -> None:
 
 @takes_time(0x042, 0x043)
 def motor_power_on(machine: Machine, call: Call) -> Execution:
-    """Switch motor power ON, with all servos or alone (4.2.20)."""
+    """Switch motor power ON, with or without all servos (4.2.20)."""
     _check_power(machine)
     every = range(len(machine.config.axes))
     return _SwitchOn(machine, every if call.code == _WITH_SERVOS else ())
 
 
 def _return_to_origin(machine: Machine, call: Call, chosen: Sequence[int]) -> Execution:
-    """Start a return-to-origin, absolute axes first, as SI(17) does, without mark method axes."""
+    """Start a return-to-origin in the order of SI(17): absolute axes first, no mark method axes."""
     config = machine.config
     for robot in range(1, ROBOTS + 1):
         arm = machine.arm(robot)

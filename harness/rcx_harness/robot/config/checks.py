@@ -96,7 +96,7 @@ _PROGRAMS = 100
 #: Item numbers of the real time output (guide, 4.9.1).
 _ITEMS = range(1, 46)
 _SLOTS = 4
-#: Alarms that can be empty: no alarm is raised then.
+#: Keys of alarms that can be empty, so that no alarm is raised.
 _NO_ALARM = ("power_on_alarm", "main_power_alarm", "undefined_data_alarm")
 #: Allowed values of a key with one alarm, and of a key with several alarms.
 _ALARMS = ('group and category as "12.600"', 'a list of alarms as ["12.600"]')
@@ -111,7 +111,7 @@ _SHOWN = 80
 def check_value(key: str, declared: str, value: Any) -> None:
     """Raise InputError if the key cannot have the value.
 
-    `declared` is the annotation of the field, as written.
+    `declared` is the text of the field's annotation.
     """
     if key == "robot" and declared != "int":
         _check_models(key, value)
@@ -257,8 +257,8 @@ def shown(value: Any) -> str:
     """Return a value for a message, shortened if it is long."""
     try:
         text = repr(value)
-    except ValueError:  # Python does not write it in decimal
-        return "a number of so many digits"
+    except ValueError:  # Python refuses to print integers with more than 4300 digits
+        return "a number with thousands of digits"
     return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
 
 

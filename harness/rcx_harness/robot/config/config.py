@@ -1,7 +1,7 @@
-"""The properties of a virtual controller by section; each is a key of the robot file.
+"""The properties of a virtual controller by section; each property is a key of the robot file.
 
-If the manual is silent, the controller's assumption is a property here; spec/rules.toml lists
-them. Times are in milliseconds.
+Where the manual is silent, a property selects the behaviour; spec/rules.toml lists these
+properties. Times are in milliseconds.
 """
 
 from __future__ import annotations
@@ -63,21 +63,22 @@ class Axis:
     start: int = 0  # position at power-on [pulses]
     motor_rotation: int = 16384  # [pulses per rotation of the motor]
     robot_type: int = 2000  # number of the robot's type; 2000 is a YK250X
-    holding_torque: int = 0  # with servo on, at rest [% of the maximum torque]
-    moving_torque: int = 10  # added on the way, in its direction [% of the maximum torque]
+    holding_torque: int = 0  # with servo on and without movement [% of the maximum torque]
+    moving_torque: int = 10  # added during a movement, in its direction [% of the maximum torque]
     rated_torque: int = 20  # [% of the maximum torque]
-    workpiece: int | None = None  # where something stands that PUSH meets [pulses]
+    workpiece: int | None = None  # position of a workpiece that stops PUSH [pulses]
 
 
 @dataclass(frozen=True)
 class RobotProgram:
     """A robot program: a text in the robot language, `steps` in it, or a `duration` in ms.
 
-    Steps and durations begin again at their end if `loop` is set. A program that is a text ends
-    there. `file` is the file of the text (.PGM), relative to the robot file.
+    Steps and durations begin again at their end if `loop` is set. A text does not begin again.
+    `file` is the file of the text (.PGM), relative to the robot file.
 
-    `path` and `offset` are not keys of a robot file. `RobotConfig.load` notes there the absolute
-    path of the file with the text (.PGM or .ALL), and the line of that file before its first line.
+    `path` and `offset` are not keys of a robot file; `RobotConfig.load` sets them. `path` is the
+    absolute path of the file with the text (.PGM or .ALL), and `offset` the number of lines of that
+    file before the program.
     """
 
     name: str = "MAIN"
@@ -91,12 +92,12 @@ class RobotProgram:
 
     @property
     def has_code(self) -> bool:
-        """Return whether it executes statements, not only a time."""
+        """Return whether it executes statements instead of only taking time."""
         return bool(self.steps or self.text)
 
     @property
     def begins_again(self) -> bool:
-        """Return whether it begins again at its end."""
+        """Return whether the program begins again at its end."""
         return self.loop and not self.text
 
 
@@ -113,7 +114,7 @@ class Robot:
     axes: tuple[Axis, ...] = _AXES
     scara_robots: tuple[int, ...] = (1, 2, 3, 4)
     programs: tuple[RobotProgram, ...] = (RobotProgram(),)
-    # Only drawn: by name, two opposite corners [mm].
+    # Two opposite corners by name [mm]; drawn in charts only.
     work_areas: Mapping[str, tuple[Corner, Corner]] = field(default_factory=dict)
 
 
@@ -136,7 +137,7 @@ class StoredData:
 
 @dataclass(frozen=True)
 class PowerAndLink:
-    """State at power-on and of the surroundings, and the effects of a loss of power or link."""
+    """State at power-on, state of the surroundings, and effects of a loss of power or link."""
 
     booted: bool = True  # at time 0; boot_time counts from then on
     auto_mode: bool = True
@@ -179,7 +180,7 @@ class Timing:
 
 @dataclass(frozen=True)
 class DedicatedSignals:
-    """Effects of the dedicated inputs, and conditions that block them."""
+    """Effects of the dedicated inputs, and the conditions that block these inputs."""
 
     min_interval: float = 100.0
     late_levels: bool = True
@@ -215,7 +216,7 @@ class Programs:
     waiting_is_standby: bool = True
     program_info_while_running: bool = True
     program_statements: int = 100  # most statements of a task in one controller cycle
-    program_stack: int = 20  # GOSUB and CALL in each other at most
+    program_stack: int = 20  # nested GOSUB and CALL at most
     plain_variables: str = "real"  # variables without %, ! or $: real, integer
     tcounter_ms: int = 1  # unit of the function TCOUNTER
     program_error_stops_all: bool = True
@@ -247,7 +248,7 @@ class Motion:
     end_in_tolerance: bool = False
     jog_limit: str = "alarm"  # alarm, normal
     arch_zero_is_parameter: bool = False
-    outer_angle: float = 3.0  # axis 2 so near to stretched: no lines and arcs [degree]
+    outer_angle: float = 3.0  # lines and arcs end with an alarm if axis 2 is nearer to 0 [degree]
     motion_during_program: bool = True
     servo_needs_motor_power: bool = True
     semi_absolute_is_incremental: bool = True
@@ -316,7 +317,8 @@ class Alarms:
     undefined_point_alarm: str = "6.204"
     no_circle_alarm: str = "2.330"
     undefined_pallet_alarm: str = "6.236"
-    undefined_data_alarm: str = ""  # comments, shifts, hands, messages; empty: they are empty or 0
+    # undefined comments, shifts, hands, messages; empty: reading them returns 0 or nothing
+    undefined_data_alarm: str = ""
     work_position_alarm: str = "6.283"
     point_unit_alarm: str = "6.205"
     overflow_alarm: str = "6.252"
@@ -331,7 +333,7 @@ _TABLES: dict[str, type] = {"axes": Axis, "programs": RobotProgram}
 
 
 @dataclass(frozen=True)
-class RobotConfig(  # the fields of the last base class come first
+class RobotConfig(  # a dataclass takes the fields of its last base class first
     Alarms,
     References,
     Motion,
@@ -376,7 +378,7 @@ class RobotConfig(  # the fields of the last base class come first
         return tuple(index for index in indices if self.axes[index].type in kinds)
 
     def model(self, robot: int) -> RobotModel | None:
-        """Return the type of robot 1 to 4, if it has a name."""
+        """Return the model of robot 1 to 4, or None if the robot file names none."""
         return model_of(self.robot[robot - 1]) if robot <= len(self.robot) else None
 
     @property
@@ -406,7 +408,7 @@ def _loaded(file: Path, text: str) -> RobotConfig:
 
 
 def _configured(file: Path, table: dict[str, Any]) -> RobotConfig:
-    """Return the properties in the table of a robot file, with those of its other files."""
+    """Return the properties in the table of a robot file and in the files that it names."""
     others = brought(file, table)
     if others.programs:
         table["programs"] = list(others.programs)
@@ -422,7 +424,7 @@ def _configured(file: Path, table: dict[str, Any]) -> RobotConfig:
             values["parameters"] = {**listed, **values.get("parameters", {})}
         return RobotConfig(**values)
     except InputError as error:
-        if error.file:  # a program in a file of its own
+        if error.file:  # a program in a separate file
             raise InputError(
                 error.message, file=file.parent / error.file, line=error.line, hint=error.hint
             ) from error
@@ -432,13 +434,13 @@ def _configured(file: Path, table: dict[str, Any]) -> RobotConfig:
 
 
 def _placed(program: RobotProgram, others: Brought) -> RobotProgram:
-    """Return a program with the place of its text, if it is in a file of its own."""
+    """Return a program with `path` and `offset` of its text if it is in a separate file."""
     path, offset = others.places.get(program.name, ("", 0))
     return replace(program, path=path, offset=offset) if path else program
 
 
 def _with_models(table: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a robot file with the `[[axes]]` of its models, changed by its own `[[axes]]`."""
+    """Return a table with the `[[axes]]` of its models, changed by its own `[[axes]]`."""
     names, axes = table.get("robot", ()), table.get("axes", [])
     names = [names] if isinstance(names, str) else names
     check_value("robot", "models", tuple(names) if isinstance(names, list) else names)

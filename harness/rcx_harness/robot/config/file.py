@@ -38,7 +38,7 @@ _SCALE = {"mm": 1000, "pulses": 1}
 _UNITS = {"mm": "numbers in mm", "pulses": "whole numbers in pulses"}
 #: Limit of a key in a message [characters], and the end of a shortened key.
 _SHOWN, _CUT = 40, "..."
-#: Default limit of numbers in keys; larger than any count.
+#: Default limit of numbers in keys; larger than the number of any stored data.
 _MANY = 100_000
 #: Larger than any number on the wire.
 _MOST = 2**32

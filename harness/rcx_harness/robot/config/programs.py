@@ -1,4 +1,4 @@
-"""The parts of a robot file that are in files of their own: programs (.PGM), all data (.ALL)."""
+"""The separate files that a robot file names: programs (.PGM) and all data (.ALL)."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ _DATA_FILE = "data_file"
 
 @dataclass(frozen=True)
 class Brought:
-    """The content of the other files of a robot file.
+    """The content of the files that a robot file names.
 
     Attributes:
-        programs: The entries of `[[programs]]` with the texts of their files; empty: no program.
+        programs: The entries of `[[programs]]` with the texts of their files.
         data: Stored data by their keys of RobotConfig.
-        places: Absolute path of the file of each program by its name, and the line of the file
-            before the first line of the program.
-        parameters: Parameters by name, then by robot or axis of the controller, from 1; 0: all.
+        places: By name of the program, the absolute path of its file and the number of lines of
+            that file before the program.
+        parameters: Values by parameter, then by robot or axis of the controller (from 1; 0: all).
     """
 
     programs: tuple[Mapping[str, Any], ...] = ()
@@ -41,20 +41,20 @@ class Brought:
     def listed(self, axes: int) -> dict[str, tuple[int, ...]]:
         """Return the parameters with one value for each of the axes, or for each robot.
 
-        What the file does not have is as delivered.
+        Values that the file does not have are the factory values.
         """
         listed = {}
         for name, given in self.parameters.items():
             count = ROBOTS if name in ROBOT_PARAMETERS else axes
             default = given.get(0, PARAMETER_DEFAULTS.get(name, 0))
             listed[name] = tuple(given.get(place, default) for place in range(1, count + 1))
-        if "WEIGHTG" in listed:  # both set the payload
+        if "WEIGHTG" in listed:  # both parameters set the payload
             listed.pop("WEIGHT", None)
         return listed
 
 
 def brought(file: Path, table: dict[str, Any]) -> Brought:
-    """Return the keys from the files that a robot file names; remove `data_file` from `table`.
+    """Read the files that a robot file names, and remove `data_file` from `table`.
 
     Raises:
         InputError: a file cannot be read, or the first error in it.
@@ -107,14 +107,14 @@ def _with_text(file: Path, entry: dict[str, Any]) -> dict[str, Any]:
         raise InputError(f"'{clash[0]}' and 'file' exclude each other", file=file)
     text = text_of(file.parent / name)
     if not text.strip():
-        hint = "write its statements, or take it out of the robot file"
+        hint = "write its statements, or remove the program from the robot file"
         raise InputError("the program has no statement", file=file.parent / name, hint=hint)
     _check(file.parent / name, text)
     return {"name": _name(name), **entry, "text": text}
 
 
 def _check(path: Path, text: str, offset: int = 0) -> None:
-    """Raise the first error of a program that begins behind the line `offset` of a file."""
+    """Raise the first error of a program that begins in line `offset` + 1 of a file."""
     _, errors = read_program(text, path)
     if errors:
         error = errors[0]

@@ -1,8 +1,9 @@
 """Robot programs: their reader, their checks and their execution.
 
-A program is text in the language of the controller. `reader` makes a `Program` of it, a flat code
-with jumps. `checks` finds what cannot work. `execution` executes one instruction for a task; the
-tasks themselves are in robot/tasks.py. Movements are the remote commands that do the same.
+A program is text in the language of the controller. `reader` translates it to a `Program`, which is
+flat code with jumps. `checks` reports errors before it runs. `execution` executes one instruction
+for a `task`; the table of tasks is in robot/tasks.py. A statement that moves the robot is executed
+as the remote command that does the same (`movements`).
 """
 
 from rcx_harness.robot.program.reader import read_file, read_lines, read_program, text_of

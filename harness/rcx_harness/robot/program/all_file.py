@@ -1,9 +1,8 @@
 """The reader of a file with all data of a controller (.ALL): programs, points and other data.
 
-The file has sections that begin with a name in brackets, such as `[PGM]`. It is read leniently:
-sections and lines that this reader does not know are passed over and listed in `passed_over`. The
-format follows what is known of public files, so it is assumed; the vendor's manual has the last
-word.
+The file has sections that begin with a name in brackets, such as `[PGM]`. Unknown sections and
+lines are skipped and listed in `passed_over`. The format is assumed: it is derived from public
+files. If the vendor's manual differs, the manual is right.
 """
 
 from __future__ import annotations
@@ -63,7 +62,7 @@ class AllFile:
         hands: Hands of robot 1 by robot and number.
         pallets: Pallets by number.
         variables: SGI and SGR by name.
-        parameters: Values by name, then by robot or axis of the controller, from 1; 0: all.
+        parameters: Values by name, then by robot or axis of the controller (from 1; 0: all).
         passed_over: Sections that were not read, and lines with their numbers.
     """
 
@@ -106,7 +105,7 @@ def read_all(path: Path) -> AllFile:
 
 
 def _sections(lines: list[str]) -> Iterator[tuple[str, int, int]]:
-    """Yield name, first line and the line behind the last one of each section."""
+    """Yield the name, the first line and the line behind the last line of each section."""
     heads = [
         (k, match[1].upper()) for k, text in enumerate(lines, 1) if (match := _SECTION.match(text))
     ]
@@ -225,7 +224,7 @@ def _pallets(body: Body, content: AllFile) -> None:
 def _parameters(body: Body, content: AllFile) -> None:
     """Read `/ACCEL/`, then `A1=80` for an axis or `R1=2` for a robot; or `ACCEL(1)=80`.
 
-    The parameters of the remote command guide (4.4.2) are read, all others are passed over.
+    The parameters of the remote command guide (4.4.2) are read, all others are skipped.
     """
     label, known = "", parameter_ranges()
     for number, text in body:

@@ -1,4 +1,4 @@
-"""The links of a program: blocks, labels and subroutines become jumps in a flat code."""
+"""The linker of a program: it translates blocks, labels and subroutines to jumps in flat code."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from structured_text.errors import InputError
 
 __all__ = ["Line", "link"]
 
-#: The end of each kind of block, as it is written.
+#: The statement that ends each kind of block.
 _ENDS = {
     "IF": "ENDIF",
     "FOR": "NEXT",
@@ -24,7 +24,7 @@ _LABELLED = ("goto", "gosub", "on_error", "resume_at")
 
 @dataclass(frozen=True)
 class Line:
-    """One statement of a line: its line number, its label, and the statement if there is one."""
+    """One statement: its line number, its label, and the statement itself, or None."""
 
     number: int
     label: str = ""
@@ -39,7 +39,7 @@ class _Block:
         kind: IF, FOR, WHILE, SELECT or SUB.
         line: Number of its first line.
         at: Position at which it begins.
-        test: Position of the test that jumps to the next branch or behind the block; -1: none.
+        test: Position of the condition that jumps to the next branch or behind the block; -1: none.
         exits: Positions of the jumps behind the block.
         name: Variable of FOR, hidden variable of SELECT, or name of SUB.
     """
@@ -84,7 +84,7 @@ class _Linker:
             if line.label in self.labels:
                 self._error(f"the label {line.label} occurs twice", "rename one of them")
             if line.statement is None:
-                self._emit("label")  # a jump continues after it: a label is not a line
+                self._emit("label")  # a jump continues behind it: a label alone is not a line
             self.labels[line.label] = len(self.code)
         if line.statement is not None:
             self._statement(line.statement)
@@ -204,7 +204,7 @@ class _Linker:
             self._error("SUB is inside of another block", f"end {self._blocks[-1].kind} before it")
         block = self._begin("SUB")
         block.name = name
-        block.exits.append(self._emit("leave"))  # the program itself does not run into it
+        block.exits.append(self._emit("leave"))  # the main program jumps over a SUB
         if name in self.subs:
             self._error(f"SUB {name} occurs twice", "rename one of them")
         names = tuple(one for one in parameters if one)
@@ -257,7 +257,7 @@ class _Linker:
         return self._blocks[-1]
 
     def _within(self, word: str, kind: str) -> _Block | None:
-        """Return the innermost block, which must be of that kind."""
+        """Return the innermost block; report an error if it is not of that kind."""
         if self._blocks and self._blocks[-1].kind == kind:
             return self._blocks[-1]
         open_ = self._blocks[-1] if self._blocks else None
@@ -321,7 +321,7 @@ class _Linker:
 
 
 def _hidden(name: str, at: int) -> Node:
-    """Return a variable that no program can name."""
+    """Return a variable whose name cannot occur in a program."""
     return Node("variable", (f"{name}@{at}", None))
 
 

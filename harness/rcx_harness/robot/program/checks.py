@@ -10,7 +10,7 @@ from structured_text.errors import InputError
 
 __all__ = ["endless_loops", "problems"]
 
-#: Kinds of instructions in which time passes.
+#: Kinds of instructions that take time.
 _TAKES_TIME = ("delay", "duration", "wait", "wait_arm", "servo", "motor", "origin", "hold",
                "hold_all", "halt", "halt_all", "exit_task", *MOVES)  # fmt: skip
 _BRANCHES = ("unless", "case", "for_test", "goto", "jump", "leave")
@@ -19,7 +19,7 @@ _OF_PATHS = ("S", "SPEED", "DSPEED", "VEL", "ACC", "DEC")
 
 
 def problems(program: Program, size: int, programs: Collection[str] = ()) -> list[InputError]:
-    """Return the errors that no run can avoid, in the order of the lines.
+    """Return the errors that do not depend on the run, in the order of the lines.
 
     Args:
         program: The program.
@@ -38,9 +38,9 @@ def problems(program: Program, size: int, programs: Collection[str] = ()) -> lis
 
 
 def endless_loops(program: Program) -> list[int]:
-    """Return the first lines of loops that never end and in which no time passes.
+    """Return the first lines of endless loops without an instruction that takes time.
 
-    Such a loop uses all statements of every controller cycle.
+    Such a loop uses up the statements of every controller cycle.
     """
     found = []
     for at, one in enumerate(program.code):
@@ -115,7 +115,7 @@ def _options(one: Instruction) -> Iterator[InputError]:
 
 
 def _switches(one: Instruction) -> Iterator[InputError]:
-    """Check SERVO and MOTOR, which share their words in the grammar."""
+    """Check the words of SERVO and MOTOR: the grammar accepts those of both for each."""
     if one.kind == "servo" and one.args[1] == "PWR":
         yield InputError("SERVO PWR does not exist", hint="write MOTOR PWR")
     if one.kind == "motor" and one.args[0] == "FREE":

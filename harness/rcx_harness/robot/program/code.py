@@ -1,4 +1,4 @@
-"""The code of the programs of a robot file: a text, steps, or a time."""
+"""The code of the programs of a robot file, which are a text, steps or a duration."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Given(Protocol):
 
     @property
     def duration(self) -> float:
-        """Return the time that it takes without steps or text [ms]."""
+        """Return the duration of a program without steps or text [ms]."""
 
     @property
     def steps(self) -> tuple[str, ...]:
@@ -42,8 +42,8 @@ def program_code(program: Given, plain: str) -> Program:
 
     Args:
         program: The program.
-        plain: Variables without a type character are `integer` or `real`; those of steps are
-            integers always.
+        plain: Type of variables without a type character, `integer` or `real`; in steps they always
+            are integers.
 
     Raises:
         InputError: a line cannot be read.
@@ -60,7 +60,7 @@ def program_code(program: Given, plain: str) -> Program:
 
 
 def in_program(program: Given, error: InputError) -> InputError:
-    """Return an error with the file or the name of the program, or with the number of the step."""
+    """Return the error with its place: the file or program and line, or the number of the step."""
     if program.text and program.file:
         return InputError(error.message, file=Path(program.file), line=error.line, hint=error.hint)
     if program.text:
@@ -80,7 +80,7 @@ def _text(text: str, integers: bool) -> Program:
 
 @cache
 def _steps(steps: tuple[str, ...]) -> Program:
-    """Return the code of steps: HALT ends all tasks, and variables are integers and shared."""
+    """Return the code of steps; HALT ends all tasks, and all programs share integer variables."""
     lines = ["HALTALL" if step.strip().upper() == "HALT" else step for step in steps]
     program, errors = read_lines(lines, integers=True, shared=True)
     if program is None:

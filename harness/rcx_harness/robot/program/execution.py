@@ -1,52 +1,42 @@
 """The execution of the instructions of a robot program, one function for each kind.
 
 A function returns NEXT, STAY (the task continues in this instruction in the next cycle), or the
-position of the next instruction.
+position of the next instruction. Movements are in `movements`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from rcx_harness.robot.alarms import CommandError
-from rcx_harness.robot.arm import Arm
-from rcx_harness.robot.motion import Motion, Movement
 from rcx_harness.robot.ports import Port
 from rcx_harness.robot.program.expressions import (
-    Scope,
-    Surroundings,
     assign,
     evaluate,
     inputs_only,
+    is_true,
     number_of,
     write_ports,
 )
-from rcx_harness.robot.program.motion import (
-    PATH_START,
-    Request,
-    Way,
-    change_parameter,
-    path_part,
-    request,
+from rcx_harness.robot.program.motion import change_parameter
+from rcx_harness.robot.program.movements import (
+    MovingTask,
+    MovingWorld,
+    command,
+    define_path,
+    move,
+    wait_arm,
 )
-from rcx_harness.robot.program.syntax import MOVES, Instruction, Node, Program
+from rcx_harness.robot.program.syntax import MOVES, NEXT, STAY, Instruction, Node, Program
 from rcx_harness.robot.program.values import Value, convert, integer
 from rcx_harness.robot.stored import COUNTS, Pallet
 
-__all__ = ["NEXT", "STAY", "Frame", "Order", "Running", "Statement", "World", "execute"]
+__all__ = ["Frame", "Order", "Running", "World", "execute"]
 
-NEXT, STAY = -1, -2
 _MS = 1000
-
-
-class Statement(Protocol):
-    """A remote command that a statement executes and that takes time."""
-
-    def step(self, machine: Any) -> Mapping[str, Any] | None:
-        """Continue in this cycle; return a response once it has ended, else None."""
 
 
 @dataclass
@@ -82,16 +72,11 @@ class Order:
     priority: int | None = None
 
 
-class Running(Scope, Protocol):
+class Running(MovingTask, Protocol):
     """The task that executes an instruction; see RobotTask."""
 
-    at: int
     until_us: int | None
     waits: bool
-    interrupted: bool
-    execution: Statement | None
-    passed: set[int]
-    moving_at: int
     frames: list[Frame]
     handler: int
     error_at: int
@@ -101,23 +86,11 @@ class Running(Scope, Protocol):
         """Return the program."""
 
     def passed_us(self, now_us: int) -> int:
-        """Return the progress of the program without the time of its stops [us]."""
+        """Return the time for which the program has run, without its stops [us]."""
 
 
-class World(Surroundings, Protocol):
+class World(MovingWorld, Protocol):
     """The parts of the controller on which the instructions act; see Programs."""
-
-    @property
-    def motion(self) -> Motion:
-        """Return the movements of all robots."""
-
-    @property
-    def positions(self) -> list[int]:
-        """Return the positions of all axes [pulses]."""
-
-    @property
-    def ways(self) -> dict[int, Way]:
-        """Return the paths that PATH statements have defined, by robot."""
 
     def reset_counter(self) -> None:
         """Begin TCOUNTER at 0."""
@@ -125,14 +98,8 @@ class World(Surroundings, Protocol):
     def pulse(self, place: Port, ms: int) -> None:
         """Turn an output ON, and OFF again after `ms`."""
 
-    def perform(self, wanted: Request) -> Statement | None:
-        """Execute a remote command at once, or begin it if it takes time."""
-
-    def step(self, statement: Statement) -> bool:
-        """Continue a remote command; return whether it has ended."""
-
     def order(self, task: Any, wanted: Order) -> None:
-        """Act on a task."""
+        """Execute an order to a task."""
 
     def end(self, task: Any, *, everything: bool) -> None:
         """End the program of a task, or all programs."""
@@ -145,7 +112,7 @@ def execute(one: Instruction, task: Running, world: World) -> int:
     """Execute one instruction.
 
     Raises:
-        CommandError: with the number of the alarm that the program gets.
+        CommandError: the execution fails; the program gets the alarm with this number.
     """
     return _FUNCTIONS[one.kind](one, task, world)
 
@@ -162,13 +129,13 @@ def _goto(one: Instruction, task: Running, world: World) -> int:
 
 
 def _unless(one: Instruction, task: Running, world: World) -> int:
-    return NEXT if _true(one.args[0], task, world) else one.jump
+    return NEXT if is_true(one.args[0], world, task) else one.jump
 
 
 def _case(one: Instruction, task: Running, world: World) -> int:
     selected, *values = one.args
     for value in values:
-        if _true(Node("compare", (selected, "=", value)), task, world):
+        if is_true(Node("compare", (selected, "=", value)), world, task):
             return NEXT
     return one.jump
 
@@ -212,7 +179,7 @@ def _return(one: Instruction, task: Running, world: World) -> int:
         frame = task.frames[-1]
         task.frames = task.frames[:-1]
         return frame.back
-    if task.code.shared:  # the steps of a robot file end with it
+    if task.code.shared:  # in the steps of a robot file, such a RETURN ends the program
         return len(task.code.code)
     raise CommandError(world.config.program_stack_alarm)
 
@@ -381,7 +348,7 @@ def _delay(one: Instruction, task: Running, world: World) -> int:
 
 
 def _duration(one: Instruction, task: Running, world: World) -> int:
-    """Wait until the program has run for a time, counted from its start."""
+    """Wait until the program has run for its duration."""
     task.until_us = one.args[0]
     return _until(task, task.passed_us(world.now_us))
 
@@ -396,7 +363,7 @@ def _until(task: Running, passed_us: int) -> int:
 
 def _wait(one: Instruction, task: Running, world: World) -> int:
     condition, limit = one.args
-    if _true(condition, task, world):
+    if is_true(condition, world, task):
         task.waits, task.until_us = False, None
         return NEXT
     task.waits = inputs_only(condition)
@@ -411,171 +378,7 @@ def _wait(one: Instruction, task: Running, world: World) -> int:
     return result
 
 
-def _wait_arm(one: Instruction, task: Running, world: World) -> int:
-    """Wait for the end of a movement, or until the given axes are within their tolerances."""
-    robot, *axes = one.args
-    if axes == [None]:
-        return STAY if world.motion.moving(robot) else NEXT
-    indices = world.arm(robot).indices
-    places = [integer(evaluate(axis, world, task), world.config) for axis in axes if axis]
-    if not all(1 <= place <= len(indices) for place in places):
-        raise CommandError(world.config.no_axis_alarm)
-    if not world.motion.moving(robot):
-        return NEXT
-    movement = world.motion.under_way_of(robot)
-    near = {indices[place - 1] for place in places}
-    if movement is None or not near or not movement.is_near(world.now_us, world.positions, near):
-        return STAY
-    return NEXT
-
-
-# Movements and settings
-
-
-def _movement(one: Instruction, task: Running, world: World) -> int:
-    """Execute a movement until its axes are in the OUT position range, or STOPON ends it."""
-    robot = one.args[0]
-    options = one.args[3] if one.kind in ("move", "movei", "movet") else one.args[2:]
-    _drop_interrupted(task)
-    if task.execution is None:
-        if not _may_begin(robot, world):
-            return STAY
-        if one.kind == "path_start":
-            wanted = _follow(robot, task.moving_at == task.at, world)
-        else:
-            wanted = request(one, world, task)
-        task.execution = world.perform(wanted)
-        task.moving_at = task.at
-        task.passed = set()
-        movement = _movement_of(task.execution)
-        movement.by_program = True
-        movement.continuous = any(option.kind == "cont" for option in options)
-    assert task.execution is not None
-    movement = _movement_of(task.execution)
-    _switch_on_the_way(options, movement, task, world, robot)
-    for option in options:
-        if option.kind == "stop_on" and _true(option.args[0], task, world):
-            world.motion.cancel(robot)
-            task.execution, task.moving_at = None, -1
-            return NEXT
-    if not world.step(task.execution) and not (one.kind != "push" and _is_out(movement, world)):
-        return STAY
-    task.execution, task.moving_at = None, -1
-    return NEXT
-
-
-def _follow(robot: int, resumed: bool, world: World) -> Request:
-    """Return the request of PATH START."""
-    way = world.ways.get(robot)
-    if way is None or not way.ended or not way.parts:
-        raise CommandError(world.config.program_path_alarm)
-    return Request(PATH_START, robot, {"way": way, "resumed": resumed})
-
-
-def _path(one: Instruction, task: Running, world: World) -> int:
-    """Begin, extend or end the definition of a path."""
-    robot = one.args[0]
-    way = world.ways.get(robot)
-    if one.kind == "path_set":
-        arm, given = world.arm(robot), one.args[1]
-        start = arm.here
-        if given is not None:
-            point = evaluate(given, world, task)
-            hand = point.hand or arm.hand_system
-            start = arm.pulses_of(point.data, mm=point.mm, hand=hand)
-        world.ways[robot] = Way(start)
-        return NEXT
-    if way is None or way.ended:
-        raise CommandError(world.config.program_path_alarm)
-    if one.kind == "path":
-        world.ways[robot] = replace(way, parts=(*way.parts, path_part(one, world, task)))
-    else:
-        world.ways[robot] = replace(way, ended=True)
-    return NEXT
-
-
-def _may_begin(robot: int, world: World) -> bool:
-    """Return whether the movement before has ended, or lets this one begin in its OUT range.
-
-    A movement of a remote command does not delay a program: the program gets an alarm.
-    """
-    before = world.motion.under_way_of(robot)
-    if before is None or before.done or not before.by_program:
-        return True
-    if before.continuous and _is_out(before, world):
-        world.motion.cancel(robot)
-        return True
-    return False
-
-
-def _drop_interrupted(task: Running) -> None:
-    """Let a movement that a stop has ended begin again, once the program continues."""
-    if not task.interrupted:
-        return
-    task.interrupted = False
-    movement = getattr(task.execution, "movement", None)
-    if movement is None or movement.stopped_by:
-        task.execution = None
-
-
-def _movement_of(execution: Statement | None) -> Movement:
-    movement: Movement = execution.movement  # type: ignore[union-attr]
-    return movement
-
-
-def _is_out(movement: Movement, world: World) -> bool:
-    """Return whether all moving axes are in the OUT position range (guide, 4.2.1)."""
-    if (world.now_us - movement.start_us) < movement.path.approach * 1e6:
-        return False
-    if movement.out_positions is None:
-        config, get = world.config, world.memory.parameters.get
-        movement.out_positions = {
-            index: get(robot, "OUTPOS", config.axes_of(robot).index(index))
-            for index in movement.path.target
-            for robot in (config.axes[index].robot,)
-        }
-    for index, end in movement.path.target.items():
-        if abs(end - world.positions[index]) > movement.out_positions[index]:
-            return False
-    return True
-
-
-def _switch_on_the_way(
-    options: Sequence[Node], movement: Movement, task: Running, world: World, robot: int
-) -> None:
-    """Write the outputs of `DO(20)=1@30.0` once the tool is that far from its start [mm]."""
-    pending = [
-        (k, option)
-        for k, option in enumerate(options)
-        if option.kind == "output_at" and k not in task.passed
-    ]
-    if not pending:
-        return
-    arm = world.arm(robot)
-    begin, here = map(arm.frame.to_mm, (_start(movement, arm), arm.here))
-    way = math.dist(begin[:3], here[:3]) / 1000
-    for k, option in pending:
-        port, value, distance = option.args
-        if way >= number_of(evaluate(distance, world, task), world.config) or movement.finished:
-            write_ports(port.args, integer(evaluate(value, world, task), world.config), world)
-            task.passed.add(k)
-
-
-def _start(movement: Movement, arm: Arm) -> tuple[float, ...]:
-    """Return the positions of all axes of a robot at the start of its movement [pulses]."""
-    begin = movement.path.at(0.0)
-    return tuple(begin.get(index, now) for index, now in zip(arm.indices, arm.here, strict=True))
-
-
-def _command(one: Instruction, task: Running, world: World) -> int:
-    """Execute a statement that is a remote command without a movement of its own options."""
-    _drop_interrupted(task)
-    if task.execution is None:
-        task.execution = world.perform(request(one, world, task))
-    if task.execution is not None and not world.step(task.execution):
-        return STAY
-    task.execution = None
-    return NEXT
+# Settings
 
 
 def _setting(one: Instruction, task: Running, world: World) -> int:
@@ -594,11 +397,6 @@ def _pdef(one: Instruction, task: Running, world: World) -> int:
         raise CommandError(world.config.format_alarm)
     world.memory.pallets[number] = Pallet(across, along, high, point)
     return NEXT
-
-
-def _true(condition: Node, task: Running, world: World) -> bool:
-    """Return whether a condition is true: any number but 0."""
-    return number_of(evaluate(condition, world, task), world.config) != 0
 
 
 _FUNCTIONS: dict[str, Callable[[Instruction, Any, Any], int]] = {
@@ -627,16 +425,16 @@ _FUNCTIONS: dict[str, Callable[[Instruction, Any, Any], int]] = {
     **dict.fromkeys(("suspend", "restart", "cut"), _task_order),
     **dict.fromkeys(("set_", "reset"), _set),
     "reset_counter": _reset_counter,
-    **dict.fromkeys(("path_set", "path", "path_end"), _path),
+    **dict.fromkeys(("path_set", "path", "path_end"), define_path),
     "out": _out,
     "delay": _delay,
     "duration": _duration,
     "wait": _wait,
-    "wait_arm": _wait_arm,
-    **dict.fromkeys(MOVES, _movement),
+    "wait_arm": wait_arm,
+    **dict.fromkeys(MOVES, move),
     **dict.fromkeys(
         ("servo", "motor", "origin", "shift_select", "hand_select", "righty", "lefty", "armsel"),
-        _command,
+        command,
     ),
     **dict.fromkeys(("setting", "setting_axis"), _setting),
     "pdef": _pdef,

@@ -25,13 +25,13 @@ from rcx_harness.robot.program.values import (
 )
 from rcx_harness.robot.stored import COUNTS, Hand, Point, variable_number
 
-__all__ = ["FUNCTIONS", "Scope", "Surroundings", "assign", "evaluate", "inputs_only"]
+__all__ = ["FUNCTIONS", "Scope", "Surroundings", "assign", "evaluate", "inputs_only", "is_true"]
 
 _SCALE = 1000
 
 
 class Surroundings(Protocol):
-    """The parts of the controller that a program reads and changes; see Machine."""
+    """The parts of the controller that expressions read and assignments change; see Machine."""
 
     @property
     def config(self) -> RobotConfig:
@@ -61,7 +61,7 @@ class Surroundings(Protocol):
         """Return a robot by its number, 1 to 4."""
 
     def error_of(self, number: int) -> tuple[str, int] | None:
-        """Return alarm number and line of the last error that a task has handled."""
+        """Return alarm number and line of the last error that ON ERROR of a task has handled."""
 
 
 class Scope(Protocol):
@@ -86,13 +86,18 @@ def evaluate(node: Node, world: Surroundings, scope: Scope) -> Any:
     """Return the value of an expression.
 
     Raises:
-        CommandError: with the number of the alarm that the program gets.
+        CommandError: the evaluation fails; the program gets the alarm with this number.
     """
     return _EVALUATORS[node.kind](node.args, world, scope)
 
 
+def is_true(condition: Node, world: Surroundings, scope: Scope) -> bool:
+    """Return whether a condition is true: any number but 0."""
+    return number_of(evaluate(condition, world, scope), world.config) != 0
+
+
 def inputs_only(node: Node) -> bool:
-    """Return whether the value can change only with the inputs from the master."""
+    """Return whether only inputs from the master can change the value."""
     for part in node.walk():
         if part.kind in ("variable", "point", "shift", "hand"):
             return False
@@ -105,7 +110,7 @@ def assign(target: Node, source: Node, world: Surroundings, scope: Scope) -> Non
     """Assign the value of an expression to a variable, an output, a point, a shift or a hand.
 
     Raises:
-        CommandError: with the number of the alarm that the program gets.
+        CommandError: the assignment fails; the program gets the alarm with this number.
     """
     value = evaluate(source, world, scope)
     config = world.config
@@ -130,7 +135,7 @@ def assign(target: Node, source: Node, world: Surroundings, scope: Scope) -> Non
 
 
 def write_ports(ports: tuple[Port, ...], value: int, world: Surroundings) -> None:
-    """Write a value to ports; of several bits the first gets the highest."""
+    """Write a value to ports; if there are several bits, the first is the most significant."""
     for position, place in enumerate(reversed(ports)):
         world.ports.write(place, value >> position if len(ports) > 1 else value)
 
@@ -363,7 +368,7 @@ def _str(nodes: list[Node], world: Surroundings, scope: Scope) -> str:
 
 
 def _dist(nodes: list[Node], world: Surroundings, scope: Scope) -> float:
-    """Return the distance of two points in X, Y and Z [mm]."""
+    """Return the distance between two points in X, Y and Z [mm]."""
     first, second = _arguments(nodes, 2, world, scope)
     if not isinstance(first, Point) or not isinstance(second, Point):
         raise CommandError(world.config.program_type_alarm)
@@ -409,7 +414,7 @@ def _error_line(nodes: list[Node], world: Surroundings, scope: Scope) -> int:
 
 
 def _error(nodes: list[Node], world: Surroundings, scope: Scope) -> tuple[str, int] | None:
-    """Return the last error of this task, or of the task whose number is given."""
+    """Return the last error of this task, or of the task with the given number."""
     number = integer(evaluate(nodes[0], world, scope), world.config) if nodes else 0
     return world.error_of(number) if number else scope.error
 

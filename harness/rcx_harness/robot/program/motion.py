@@ -1,7 +1,7 @@
-"""The statements that move a robot or change its settings, as the remote commands that do the same.
+"""The statements that move a robot or change its settings, translated to remote commands.
 
-The remote command guide defines what these commands do, so a statement and its command cannot
-differ. `Request` is one such command.
+The remote command guide defines the effect of these commands, so a statement and its command cannot
+differ. `Request` is such a command.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _AXIS_CODES = {
 }
 
 
-#: PATH START has no remote command; this code cannot come over the network.
+#: PATH START has no remote command; the network cannot send this code.
 PATH_START = -1
 _POSITIONS, _DISTANCES = 0x007, 0x00F
 
@@ -54,7 +54,7 @@ class Way:
 
     Attributes:
         start: Its start [pulses].
-        parts: For each line or arc its points, and its speed and accelerations as in a Request.
+        parts: The points of each line or arc, and its speed and accelerations as in a Request.
         ended: PATH END has ended its definition.
     """
 
@@ -73,10 +73,10 @@ class Request:
 
 
 def request(one: Instruction, world: Surroundings, scope: Scope) -> Request:
-    """Return the remote command that a statement stands for.
+    """Return the remote command that does the same as a statement.
 
     Raises:
-        CommandError: with the number of the alarm that the program gets.
+        CommandError: an argument is invalid; the program gets the alarm with this number.
     """
     return _REQUESTS[one.kind](one, world, scope)
 
@@ -134,7 +134,7 @@ def _axis(one: Instruction, world: Surroundings, scope: Scope) -> Request:
 
 
 def _axes(one: Instruction, pairs: Sequence[Node], world: Surroundings, scope: Scope) -> Request:
-    """Return the request of DRIVE or DRIVEI with several axes, which start and end together."""
+    """Return the request of DRIVE or DRIVEI with several axes, which move together."""
     robot, _, *options = one.args
     arm, relative = world.arm(robot), one.kind == "drivei"
     places, values = 0, [0] * AXES
@@ -242,7 +242,7 @@ def change_parameter(one: Instruction, world: Surroundings, scope: Scope) -> Non
     """Execute SPEED, ASPEED or a statement that changes a parameter of a robot or of its axes.
 
     Raises:
-        CommandError: no such axis, or the value is outside of its range.
+    CommandError: the axis does not exist, or the value is outside of its range.
     """
     name, robot, *rest = one.args
     value = integer(evaluate(rest[-1], world, scope), world.config)

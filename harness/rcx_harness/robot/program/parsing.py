@@ -1,4 +1,4 @@
-"""The parser of one statement of a robot program: grammar.lark with its rules as nodes."""
+"""The parser of one statement of a robot program: it makes a node of each rule of grammar.lark."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from structured_text.errors import InputError
 __all__ = ["parse"]
 
 
-#: Parts of a statement: what stays as it is (texts, names, ports with their numbers, rows of
-#: numbers, hexadecimal and binary numbers), a label behind a word, or a number, also that of a
-#: point, a shift or a hand.
+#: Parts of a statement. Texts, names, ports with their numbers, rows of numbers, and hexadecimal
+#: and binary numbers stay unchanged. Marks replace labels behind a word, and all other numbers,
+#: including those of points, shifts and hands.
 _PARTS = re.compile(
     r"""(?P<word>\b(?:GOTO|GOSUB|THEN|ELSE)\s+)(?P<label>\*[A-Z][A-Z0-9_]*)
     | "[^"]*" | (?:D[IO]|MO|LO|TO|S[IO][WD]?)\d*\s*\([^()]*\) | &[HB][0-9A-F]+
@@ -29,16 +29,14 @@ _PARTS = re.compile(
     | (?<![\w.])(?P<kind>[PSH]?)(?P<number>\d+)(?![\w.%!$(])""",
     re.VERBOSE,
 )
-#: The first number in place of the numbers of a statement, and the beginning of the labels in place
-#: of its labels; no program has them.
+#: The first number and the beginning of the labels that serve as marks; no program contains them.
 _FIRST_MARK, _LABEL_MARK = 900_000_001, "*MARK_OF_A_LABEL_"
 
 
 def parse(text: str) -> Node:
     """Return the node of a statement in upper case.
 
-    Statements that differ in their numbers and labels only are parsed once: programs have many of
-    them.
+    Programs have many statements that differ only in numbers and labels, so these are parsed once.
 
     Raises:
         InputError: the statement cannot be read.
@@ -62,7 +60,7 @@ def parse(text: str) -> Node:
 
 @cache
 def _shape(text: str, count: int) -> Node | None:
-    """Return the node of a statement with marks; None if a mark has become something else."""
+    """Return the node of a statement with marks; None if the parser has not preserved each mark."""
     try:
         node = _parsed(text)
     except InputError:
@@ -73,7 +71,7 @@ def _shape(text: str, count: int) -> Node | None:
 
 
 def _place(part: object) -> int | None:
-    """Return the place of a mark in the statement, or None if a part is not a mark."""
+    """Return the number of a mark, or None if the part is not a mark."""
     if isinstance(part, int) and part >= _FIRST_MARK:
         return part - _FIRST_MARK
     if isinstance(part, str) and part.startswith(_LABEL_MARK):
@@ -107,7 +105,7 @@ def _parsed(text: str) -> Node:
 
 
 def _missing(error: UnexpectedInput) -> str:
-    """Return the missing end of a statement; empty if the statement has a wrong part instead."""
+    """Return what is missing at the end of a statement; empty if nothing is missing there."""
     if not isinstance(error, UnexpectedToken) or error.token.type != "$END":
         return ""
     possible = error.accepts or set()
@@ -141,7 +139,7 @@ def _parser() -> Lark:
 
 
 class _Builder(Transformer[Token, Node]):
-    """The rules of grammar.lark: each becomes a Node with the name of the rule."""
+    """The translation of each rule of grammar.lark to a Node with the name of the rule."""
 
     def __default__(self, data: Any, children: list[Any], meta: Any) -> Any:
         if data.startswith("_"):  # a repetition: its children belong to the rule around it

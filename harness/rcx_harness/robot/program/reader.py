@@ -1,4 +1,4 @@
-"""The reader of robot programs: lines of text to a Program, with all errors at once."""
+"""The reader of robot programs: it translates lines to a Program, or reports all their errors."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def read_file(path: Path) -> Program:
     """Read a program file (.PGM).
 
     Raises:
-        InputError: the file is not a text, or its first error; see `read_program` for all errors.
+        InputError: the file is not a text, or it has an error. `read_program` returns all errors.
     """
     program, errors = read_program(text_of(path), path)
     if errors:
@@ -45,7 +45,7 @@ def text_of(path: Path) -> str:
         raw = path.read_bytes()
     except OSError as error:
         raise InputError(f"cannot read it: {error.strerror}", file=path) from error
-    raw = raw.rstrip(b"\x1a")  # the end of a file that came over a serial line
+    raw = raw.rstrip(b"\x1a")  # the end-of-file character that ends a transfer over a serial line
     if control := _CONTROL.search(raw):
         line = raw[: control.start()].count(b"\n") + 1
         raise InputError(
@@ -142,7 +142,7 @@ def _statements(text: str) -> Iterator[tuple[str, Node | None]]:
 def _split(text: str) -> list[str]:
     """Return the statements of a line in upper case, without the comment.
 
-    The colon of a label does not end a statement, so that label and statement stay together.
+    The colon of a label does not end a statement, so a label stays with its statement.
     """
     parts, begin, upper = [], 0, _upper(text).strip()
     label = _LABEL.match(upper)
@@ -166,6 +166,7 @@ def _upper(text: str) -> str:
 @cache
 def _statement(text: str) -> Node:
     """Parse one statement; equal statements are parsed once."""
-    from rcx_harness.robot.program.parsing import parse  # most programs need no parser
+    # imported late: without programs no parser is needed
+    from rcx_harness.robot.program.parsing import parse
 
     return parse(text)

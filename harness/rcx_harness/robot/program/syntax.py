@@ -13,9 +13,11 @@ from typing import Any
 __all__ = [
     "COORDINATES",
     "MOVES",
+    "NEXT",
     "OPTIONS",
     "SIGNATURES",
     "SILENT",
+    "STAY",
     "Instruction",
     "Node",
     "Program",
@@ -24,6 +26,9 @@ __all__ = [
 
 #: Kinds of the instructions that start a movement.
 MOVES = ("move", "movei", "movet", "drive", "drivei", "pmove", "push", "path_start")
+#: Results of an instruction in place of the position of the next one: continue behind it, or
+#: continue in this instruction in the next cycle.
+NEXT, STAY = -1, -2
 #: The options of movements that are names, as they are written before `=`.
 OPTIONS = (
     "S",
@@ -41,16 +46,16 @@ OPTIONS = (
     "F",
     "TIM",
 )
-#: Kinds of the instructions that belong to no statement: labels, and the jump over a SUB or from
-#: the end of a branch to the end of its block.
+#: Kinds of the instructions that do not come from a statement: labels, and the jump over a SUB or
+#: from the end of a branch to the end of its block.
 SILENT = ("label", "declare", "leave")
 
-#: The functions of one coordinate, and its place: LOCX is LOC1.
+#: The functions that return a coordinate, with its place: LOCX is LOC1.
 COORDINATES = {
     f"LOC{name}": place for names in ("XYZRAB", "123456") for place, name in enumerate(names)
 }
-#: Arguments and result of each function by letters: n number, t text, p point, e an element's
-#: owner (a point, a shift or a hand). Capital letters are arguments that can be left out.
+#: Letters for the arguments and the result of each function: n number, t text, p point, e point,
+#: shift or hand. Capital letters are optional arguments.
 SIGNATURES = {
     **dict.fromkeys(("ABS", "INT", "SQR", "SIN", "COS", "TAN", "ATN", "RADDEG", "DEGRAD"), "n:n"),
     **dict.fromkeys(("ERR", "ERL"), "N:n"),
@@ -76,7 +81,7 @@ class Node:
 
     Attributes:
         kind: Name of the rule, such as `add` or `variable`.
-        args: Its parts: nodes, numbers, texts, or None for what is left out.
+        args: Its parts: nodes, numbers and texts; None for an optional part that is missing.
     """
 
     kind: str
@@ -95,7 +100,7 @@ class Instruction:
     """One instruction of the code.
 
     Attributes:
-        kind: Name of the rule in grammar.lark, or of a jump that blocks.py adds.
+        kind: Name of the rule in grammar.lark, or name of a jump that blocks.py adds.
         args: The parts of the statement.
         line: Number of its line in the file, from 1.
         jump: Position of the code to which it may jump; -1 if it does not jump.
@@ -151,8 +156,8 @@ class Program:
     def begins(self) -> Mapping[int, int]:
         """Return the positions at which lines with statements begin, and their lines.
 
-        Several statements on one line begin with the first. NEXT ends each round of a FOR; FOR
-        itself begins only once.
+        A line with several statements begins at the first of them. NEXT ends each iteration of a
+        FOR; FOR itself begins only once.
         """
         first: dict[int, int] = {}
         for at, one in enumerate(self.code):
@@ -161,7 +166,7 @@ class Program:
         return {at: line for line, at in first.items()}
 
     def line(self, at: int) -> int:
-        """Return the line of a position; behind the end, the last line."""
+        """Return the line of a position; for a position behind the end, the last line."""
         if at < len(self.code):
             return self.code[at].line
         return max(len(self.texts), 1)

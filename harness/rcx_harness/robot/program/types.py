@@ -1,4 +1,4 @@
-"""The types of expressions that are known before a program runs."""
+"""The check of types in a robot program before it runs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _ASSIGNED = {"port": _NUMBER, "point": _POINT, "shift": _SHIFT, "hand": _HAND}
 def type_errors(program: Program) -> Iterator[tuple[int, InputError]]:
     """Yield each value of a wrong type, and each function or array that does not exist.
 
-    What is only known while the program runs is not reported: it gets an alarm then.
+    Errors that depend on values are not reported here; the program gets an alarm when it runs.
     """
     arrays = {part.args[0] for one in program.code if one.kind == "dim" for part in one.args}
     arrays |= {name for sub in program.subs.values() for name in sub.parameters}
@@ -30,7 +30,7 @@ def type_errors(program: Program) -> Iterator[tuple[int, InputError]]:
 
 
 class _Checker:
-    """The errors of one instruction; `shared` programs have arrays of other programs, too."""
+    """The errors of one instruction; `shared`: it may use the arrays of other programs."""
 
     def __init__(self, arrays: Collection[str], shared: bool) -> None:
         self._arrays, self._shared = arrays, shared
@@ -102,7 +102,7 @@ class _Checker:
     def _calculation(self, kind: str, left: Node, right: Node) -> str:
         first, second = self.type_of(left), self.type_of(right)
         if kind == "add" and _TEXT in (first, second) and first and second and first != second:
-            self._error(f"{first} and {second} cannot be added", "STR$(A) makes a text of a number")
+            self._error(f"{first} and {second} cannot be added", "write STR$(A) for a number")
             return ""
         alike = {"add": (_TEXT, _POINT, _SHIFT, _NUMBER), "subtract": (_POINT, _SHIFT, _NUMBER)}
         if first == second and first in alike.get(kind, ()):

@@ -26,7 +26,7 @@ def convert(name: str, value: Value, config: RobotConfig, *, integers: bool) -> 
     Raises:
         CommandError: the value has another type, or it is too large.
     """
-    if "@" in name:  # a limit that the reader has added
+    if "@" in name:  # `name` is the limit of a FOR, which the reader has added
         return value
     if name.endswith("$"):
         if not isinstance(value, str):
@@ -38,7 +38,7 @@ def convert(name: str, value: Value, config: RobotConfig, *, integers: bool) -> 
 
 
 def integer(value: Value, config: RobotConfig) -> int:
-    """Return a number as an integer of 32 bits, rounded as the configuration says.
+    """Return a number as an integer of 32 bits, rounded as configured.
 
     Raises:
         CommandError: it is not a number, or it is too large.
@@ -69,7 +69,7 @@ def number(value: Value, config: RobotConfig) -> float:
 def calculate(operator: str, left: Value, right: Value, config: RobotConfig) -> Value:
     """Return the result of an operator on two numbers; `+` also joins texts.
 
-    Two integers give an integer, except for a division with a rest and a negative power.
+    Two integers give an integer, except if a division has a remainder or a power is negative.
 
     Raises:
         CommandError: a wrong type, a division by 0, or the result is too large.
@@ -101,7 +101,7 @@ def _modulo(a: float, b: float) -> float:
 
 
 def _rest(a: int, b: int) -> int:
-    """Return the rest of a division that is rounded toward 0; it has the sign of `a`."""
+    """Return the remainder of a division that is rounded toward 0; it has the sign of `a`."""
     rest = abs(a) % abs(b)
     return -rest if a < 0 else rest
 
@@ -117,7 +117,7 @@ _OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
 
 
 def compare(operator: str, left: Value, right: Value, config: RobotConfig) -> int:
-    """Return -1 if a comparison of two numbers or two texts is true, else 0.
+    """Return -1 (true) or 0 (false) for a comparison of two numbers or two texts.
 
     Raises:
         CommandError: the values have different types.

@@ -1,4 +1,4 @@
-"""The words of the robot language, and those that this controller does not execute."""
+"""The words of the robot language; some of them are not executed by this controller."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["Word", "explain", "words"]
 _LONGEST = 40
 #: The last part of a statement: a port or another name with its brackets, a number or a sign.
 _LAST = re.compile(r"[A-Z0-9_%!$.&*]+(?:\([^()]*\))?|[^\s\w]")
-#: A movement without options: it ends after its interpolation.
+#: A movement that ends after its interpolation, so that its target is missing.
 _NO_TARGET = re.compile(r"MOVE[IT]?\s*(\[\d\])?\s*[PLC]\s*,?")
 _WORD = re.compile(r"[A-Z][A-Z0-9_]*[%!$]?")
 
@@ -33,8 +33,8 @@ class Word:
         group: Its group, such as `flow`.
         form: How it is written.
         source: `guide`, `public` or `assumed`.
-        text: What it does here.
-        instead: What to write instead; only for words that are not executed.
+        text: Its effect in this controller.
+        instead: The replacement for a word that is not executed.
     """
 
     name: str
@@ -60,7 +60,7 @@ def explain(text: str, column: int, missing: str = "") -> InputError:
     Args:
         text: The statement.
         column: Column of the first character that does not fit, from 1; below 1: its end.
-        missing: What the statement lacks at its end; empty: nothing.
+        missing: The missing end of the statement; empty: nothing is missing.
     """
     if not missing and _NO_TARGET.fullmatch(text):
         missing = "a target"

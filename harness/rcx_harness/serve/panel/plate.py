@@ -1,4 +1,4 @@
-"""One RCX_PANEL variable: the keys and selections of its pages, and its displayed values.
+"""An RCX_PANEL variable: the keys and selections from its pages, and its displayed values.
 
 The cell's thread calls `exchange` once per scan. All other methods are for the page's thread.
 """
@@ -19,12 +19,12 @@ from structured_text.language.types import BlockType, EnumType, StructType
 __all__ = ["HOLD_S", "Plate", "plates_of"]
 
 HOLD_S = 0.5
-"""A key is released when its page has been silent for this time [s]."""
+"""Silence of a page after which its keys are released [s]."""
 
 _TYPE = "RCX_PANEL"
-#: The key that is never dropped, even if its page is silent or another page sends too much.
+#: The key whose press is never dropped, even if its page falls silent or a page sends too much.
 _STOP = frozenset({"Stop"})
-#: Maximum number of changes of keys that wait for their scan. Only a faulty page sends more.
+#: Maximum number of changes of keys that wait for a scan; only a faulty page sends more.
 _MOST_WAITING = 64
 #: Maximum number of pages that hold keys, and of pages with a stored last message.
 _MOST_HOLDING, _MOST_PAGES = 16, 256
@@ -44,7 +44,7 @@ _CHOICES = (*_SWITCHES, *_ENUMS, *_RANGES)
 
 @dataclass
 class _Page:
-    """The keys that one page holds, by its last message; its beat outlives its keys."""
+    """The keys that a page holds by its last message; the beat stays after their release."""
 
     beat: int = -1
     heard: float = 0.0
@@ -54,10 +54,10 @@ class _Page:
 class Plate:
     """The pressed keys, selections and displayed values of one variable.
 
-    Each change of keys is queued and reaches the program in a scan of its own. So a key that is
-    pressed and released between two scans is still seen for one scan. A page repeats its message
-    while it holds keys. If it falls silent for `HOLD_S`, its keys are released, but a Stop that
-    still waits in the queue is delivered.
+    Each change of keys is queued and reaches the program in a separate scan. A key that is pressed
+    and released between two scans is therefore visible for one scan. A page repeats its message
+    while it holds keys. If it falls silent for `HOLD_S`, its keys are released; a waiting Stop is
+    delivered all the same.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class Plate:
         self._read = program.reader([path])
         self._lock = Lock()
         self._pages: dict[str, _Page] = {}
-        #: The keys that each page holds, change by change.
+        #: The queued changes: the keys that each page holds after each change.
         self._waiting: deque[dict[str, frozenset[str]]] = deque()
         self._written: frozenset[str] = frozenset()
         self._choices: dict[str, Any] = {}
@@ -95,7 +95,8 @@ class Plate:
             if keys and not one.keys and len(self._holding()) >= _MOST_HOLDING:
                 self._pages[page] = one
                 raise InputError("too many pages hold keys", hint="close some of them")
-            self._pages[page] = one  # the latest page is dropped last
+            # a page that sends a message moves to the end; the front is dropped first
+            self._pages[page] = one
             if beat > one.beat:
                 one.beat, one.heard, one.keys = beat, self._now(), frozenset(keys)
                 self._queue()
@@ -122,8 +123,8 @@ class Plate:
     def exchange(self) -> None:
         """Write keys and selections to the program, and read the displayed values.
 
-        Each call writes at most one change of keys. So each press and each release is visible for
-        at least one scan.
+        Each call writes at most one change of keys, so each press and release is visible for at
+        least one scan.
         """
         with self._lock:
             self._expire()
@@ -149,7 +150,7 @@ class Plate:
         return {name: one.keys for name, one in self._pages.items() if one.keys}
 
     def _expire(self) -> None:
-        """Release the keys of silent pages; remove all their waiting keys except Stop."""
+        """Release the keys of silent pages; remove their waiting keys except Stop."""
         last = self._now() - HOLD_S
         silent = [name for name in self._holding() if self._pages[name].heard < last]
         if not silent:
@@ -163,7 +164,7 @@ class Plate:
         self._queue()
 
     def _queue(self) -> None:
-        """Queue the keys that are held now; if the queue is full, drop all of it but a Stop."""
+        """Queue the keys that are held now; if the queue is full, drop all but a Stop in it."""
         if len(self._waiting) >= _MOST_WAITING:
             stops = any("Stop" in _all_of(change) for change in self._waiting)
             self._waiting.clear()
@@ -208,7 +209,7 @@ def _passed(block: BlockType, name: str) -> bool:
 
 
 def _readable(value: Any) -> Any:
-    """Decode texts: those of a PLC are bytes, and the library's are UTF-8."""
+    """Decode texts: PLC texts are bytes, and the texts of the library are UTF-8."""
     if isinstance(value, dict):
         return {name: _readable(one) for name, one in value.items()}
     if isinstance(value, str):

@@ -75,7 +75,7 @@ def _plate(request: web.Request) -> Plate:
 
 
 class PanelServer:
-    """The server of the panels in a thread, inside `with`."""
+    """The server of the panels, which runs in a thread inside a `with` statement."""
 
     def __init__(self, plates: Sequence[Plate], port: int, token: str = "") -> None:
         self._make: Callable[[], TokenServer] = lambda: TokenServer(

@@ -1,4 +1,4 @@
-"""The unit-test framework whose suites `rcx test` runs: the interface of TcUnit, as our own text.
+"""The interface of the unit-test framework TcUnit, written by us; `rcx test` runs its suites.
 
 TcUnit is the most used unit-test framework of TwinCAT. `st` has the Structured Text: what a suite
 may call. It follows the public documentation of TcUnit (https://tcunit.org, API and FAQ).
@@ -25,6 +25,10 @@ FRAMEWORK = Framework(
     started="RcxTest_Started",
     done="RcxTest_Done",
     aborted="RcxTest_Aborted",
+    call="RcxTest_Run",
+    tests="RcxTests",
+    test="RcxTest_Number",
+    failed="RcxTest_Failed",
     case="RcxTest_Case",
     words={
         "counts": "RcxCounts",

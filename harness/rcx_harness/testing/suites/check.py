@@ -1,4 +1,4 @@
-"""Suites of unit tests as one test of pytest, so that `rcx mutants` can use them."""
+"""Suites of unit tests as a test of pytest, so that `rcx mutants` can use them."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ def check_suites(
 
     Args:
         program: A project, ST files, or a folder.
-        lib: Folder of the library; None for the one of this package.
+        lib: Folder of the library; None: the library of this package.
         scan: Period of the scan; default: the task's, or 10 ms.
-        longest: Virtual time after which tests that have not finished are given up.
+        longest: Virtual time after which unfinished tests are stopped.
         only: Names of tests, suites, or `suite.test`, with `*`; only these tests run.
 
     Raises:

@@ -1,4 +1,4 @@
-"""The lanes of a recording, with names and in groups, made from the records as they come."""
+"""The lanes of a recording with names and groups, made record by record."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["Group", "Lane", "Lanes", "Variables", "Wire"]
 
 _WORDS = 16
 _PORTS = range(DEDICATED_AT + 2, RESERVED_AT)
-#: Types that are shown as numbers; JavaScript cannot represent those of 64 bits exactly.
+#: Types that are shown as numbers; 64 bit types are not, because JavaScript cannot represent them.
 _WHOLE = ("SINT", "USINT", "INT", "UINT", "DINT", "UDINT")
 _DIGITS = {"BYTE": 2, "WORD": 4, "DWORD": 8}
 _PRECISION = {"REAL": 7, "LREAL": 15}
@@ -37,11 +37,11 @@ class Lane:
         colour: Its kind: `input`, `output`, `command`, `status`, `task`, `variable`, `curve` or
             `rule`.
         short: Short name in the text of a change: `SI(01)` of `SI(01) Servo ON input`.
-        idle: Number of the text that is drawn as a line only.
+        idle: Number of the text that is drawn as a plain line.
         show: Format of a number: `digits` in hexadecimal, `precision`, `fine` for this many parts.
-        is_curve: It is drawn as a line from value to value.
-        rests: It moves from value to value within a cycle, and not at once.
-        speed_of: The lane of which it shows the speed; it has no changes of its own.
+        is_curve: Whether it is drawn as a line from value to value.
+        rests: Whether it is constant between changes and moves to the next value within a cycle.
+        speed_of: The lane with the position if it shows a speed; it then has no changes.
     """
 
     name: str
@@ -104,9 +104,9 @@ class Wire:
     """The areas of one controller, as the PLC or the controller sees them.
 
     Args:
-        plain: It is the main side: its changes are events.
-        reads_outputs_first: It is the PLC's side: a scan reads the controller's outputs, then
-            writes its inputs. The controller does it the other way round.
+        plain: Whether it is the main side, whose changes are events.
+        reads_outputs_first: Whether it is the PLC's side: a scan reads the controller's outputs and
+            then writes its inputs. A controller cycle has the opposite order.
     """
 
     def __init__(
@@ -142,12 +142,12 @@ class Wire:
         return self._lanes.new(f"{signal} {title}", Bits(), colour, short=signal)
 
     def take(self, t_us: int, si: bytes, so: bytes) -> None:
-        """Record the areas from `t_us` on; an empty area means that nobody sends it."""
+        """Record the areas from `t_us` on; an empty area means that it is not sent."""
         connected = bool(si and so)
         if connected != self._connected:
             self._connected = connected
             self._note(self._connection, t_us, connected)
-        # The first record has no changes, and its status can only be named with its command.
+        # The first record has no changes, and the text of its status depends on the command.
         if self._reads_outputs_first and self._si:
             self._take_outputs(t_us, so)
             self._take_inputs(t_us, si)
@@ -227,7 +227,7 @@ def _tells(lane: Lane) -> bool:
 
 
 def _general(kind: str, area: bytes) -> Iterator[tuple[str, int, int]]:
-    """Yield name, digits and value of the general-purpose bytes and the words beyond 48 bytes."""
+    """Yield name, digits and value of general-purpose bytes and of words beyond 48 bytes."""
     letter = kind[1].upper()
     for at in _PORTS:
         yield f"S{letter}{at - DEDICATED_AT:o}()", 2, area[at]

@@ -1,8 +1,8 @@
 """The changes of a lane as bytes: small in a file, and fast to read by the page (page/data.js).
 
-A change is the time since the previous change, then its value. Whole numbers have seven bits in a
-byte, lowest first; a byte of 128 or more is followed by another. Signed numbers 0, -1, 1, -2 ...
-are encoded as 0, 1, 2, 3 ...
+A change is the time since the previous change, then its value. Whole numbers have seven bits per
+byte, lowest first; another byte follows a byte of 128 or more. Signed numbers 0, -1, 1, -2 ... are
+encoded as 0, 1, 2, 3 ...
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Packed:
         self.count += 1
 
     def _put(self, value: float) -> None:
-        """Append the value of a change; here nothing, because it alternates."""
+        """Append the value of a change; here nothing, because the value alternates."""
 
 
 class Bits(Packed):
@@ -69,7 +69,7 @@ class Bits(Packed):
 
 
 class Texts(Packed):
-    """The changes of a text, by its numbers in the table of all texts."""
+    """The changes of a text, as numbers in the table of all texts."""
 
     form = "text"
 

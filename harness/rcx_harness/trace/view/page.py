@@ -37,9 +37,9 @@ SCRIPTS = (
     "play.js",
     "page.js",
 )
-#: A number with more changes is drawn as a curve, and its changes are not events.
+#: Greatest number of changes of a number that are events; with more, it is drawn as a curve.
 _OFTEN = 50
-#: Limit of broken rules in the page; further ones are only counted.
+#: Limit of broken rules in the page; further broken rules are only counted.
 _MOST_RULES = 10_000
 _MOST_CONTROLLERS = 64
 _SIZES = (0, *AREA_SIZES)
@@ -155,7 +155,7 @@ class View:
 
     @property
     def is_empty(self) -> bool:
-        """Return whether there was no scan and no cycle."""
+        """Return whether the recording has neither a scan nor a cycle."""
         return not self._wires
 
     def _groups(self) -> Iterator[Group]:

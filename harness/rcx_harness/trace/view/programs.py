@@ -18,7 +18,7 @@ class Programs:
     """The listings of the robot programs, and the lanes of their tasks.
 
     Args:
-        given: The programs of each controller, as the header of a trace has them.
+        given: The programs of each controller, as in the header of a trace.
 
     Raises:
         KeyError, TypeError or ValueError: the header has no programs that can be shown.
@@ -70,9 +70,10 @@ class Programs:
     def table(self, places: Mapping[int, int]) -> list[dict[str, Any]]:
         """Return the programs of each controller for the page.
 
-        `places` has the number of each lane that the page shows. Each entry has the controller's
-        `programs`, the numbers of the lanes of its `tasks` by the number of the task, and for each
-        text in these lanes program, line and state. It is empty if no task was recorded.
+        `places` has the number of each lane that the page shows. Each entry has the `programs` of
+        the controller, the numbers of the lanes of its `tasks` by the number of the task, and
+        program, line and state for each text in these lanes. The list is empty if no task was
+        recorded.
         """
         return [
             {
@@ -91,7 +92,7 @@ class Programs:
 
 
 def _checked(program: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a program as the page needs it; raise KeyError, TypeError or ValueError."""
+    """Return a program for the page; raise KeyError, TypeError or ValueError if it is invalid."""
     name, lines, file = program["name"], program["lines"], program.get("file", "")
     if not isinstance(name, str) or not isinstance(file, str) or not isinstance(lines, list):
         raise TypeError("no program")

@@ -54,7 +54,7 @@ def _telegrams(every: Sequence[Telegrams]) -> list[Item]:
     for number, of in enumerate(every, 1):
         prefix = f"robot {number}, " if several else ""
         found += [_telegram(prefix, one) for one in of.last]
-    return found or [Text("none", "no remote command has gone out yet")]
+    return found or [Text("none", "no remote command has been sent yet")]
 
 
 def _area(name: str, area: bytes, signals: Sequence[spec.Signal], word: str) -> Text:

@@ -16,10 +16,10 @@ __all__ = ["CellMachine"]
 
 
 class CellMachine(BenchMachine):
-    """A cell in virtual time whose stimulus is already scheduled. The debugger uses it.
+    """A cell in virtual time with a scheduled stimulus, for the debugger.
 
-    The network of the cell must be virtual. Scans run only before `end_us`; messages show this time
-    as `shown`.
+    The network of the cell must be virtual. Scans run only before `end_us`; `shown` is this time as
+    the user wrote it, for messages.
     """
 
     def __init__(self, cell: Cell, end_us: int, shown: str) -> None:

@@ -32,12 +32,12 @@ from structured_text.output.reading import file_bytes, open_file
 
 __all__ = ["FORMAT", "CellTape", "is_recording", "opened", "write_recording"]
 
-#: First entry of the first line.
+#: First entry of the first line of a recording.
 FORMAT = "rcx-recording/1"
 
 
 def _digest(lines: Sequence[str]) -> str:
-    """Return a digest of the lines after the first, which reveals a missing or changed line."""
+    """Return a digest of the lines after the first line; it reveals missing and changed lines."""
     return hashlib.sha256("\n".join(lines).encode()).hexdigest()
 
 
@@ -70,19 +70,21 @@ def write_recording(
     """Write the recording of a cell's program.
 
     The cell may be closed. `settings` are the arguments of the `Cell.build` that built it. Files
-    below `folder` are named relative to it. `failed` says in one line what went wrong.
+    below `folder` are named relative to it. `failed` is the reason of the failure in one line.
     """
     given = settings["program"]
     named = [given] if isinstance(given, (str, Path)) else given
     replace = settings.get("replace") or {}
     lib = settings.get("lib")
-    sources = source_files(list(named), lib, replace, settings.get("dialect"))
+    device = settings.get("device") or ""
+    sources = source_files(list(named), lib, replace, settings.get("dialect"), device)
     head = {
         "format": FORMAT,
         "test": test,
         "failed": failed,
         "engine": recorded.engine,
         "dialect": sources.dialect,
+        "device": device,
         "folder": folder.as_posix(),
         "program": [_shown(Path(one), folder) for one in named],
         "lib": None if lib is None else _shown(Path(lib), folder),
@@ -101,7 +103,7 @@ def write_recording(
 
 
 def is_recording(file: Path) -> bool:
-    """Return whether a file begins as a recording does."""
+    """Return whether a file has the beginning of a recording."""
     try:
         with open_file(file, OTHER) as stream:
             return stream.read(len(FORMAT) + 12).startswith(b'{"format":"rcx-recording/')
@@ -113,7 +115,7 @@ def opened(file: Path) -> tuple[CellTape, str, str]:
     """Return the program of a recording at its start.
 
     Returns:
-        The program, a notice for the user, and what went wrong at the end of the test.
+        The program, a notice for the user, and the reason of the failure at the end of the test.
 
     Raises:
         InputError: The file is not a recording, or its sources have changed since. One message
@@ -136,7 +138,7 @@ def opened(file: Path) -> tuple[CellTape, str, str]:
         given = [folder / one for one in head["program"]]
         lib = None if head["lib"] is None else folder / head["lib"]
         replace = {name: folder / one for name, one in head["replace"].items()}
-        sources = source_files(given, lib, replace, head["dialect"])
+        sources = source_files(given, lib, replace, head["dialect"], head.get("device", ""))
         _check(head["files"], _digests(sources.all, folder), file)
         program = build(sources.all, "builtin").program
         violations = [Violation(t_us, rule, text) for t_us, rule, text in head["violations"]]
@@ -151,7 +153,7 @@ def opened(file: Path) -> tuple[CellTape, str, str]:
 
 
 def _folder(head: Mapping[str, Any]) -> Path:
-    """Return the current folder if the sources are there, otherwise that of the recorded test."""
+    """Return the current folder if it has the sources, otherwise that of the recorded test."""
     here = Path.cwd()
     return here if all((here / one).exists() for one in head["program"]) else Path(head["folder"])
 

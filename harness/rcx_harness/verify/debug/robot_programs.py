@@ -13,8 +13,8 @@ from rcx_harness.robot.program.execution import Frame
 from rcx_harness.robot.program.expressions import evaluate, number_of
 from rcx_harness.robot.program.reader import read_expression
 from rcx_harness.robot.program.syntax import Instruction, Node
+from rcx_harness.robot.program.task import RobotTask
 from rcx_harness.robot.program.values import Value
-from rcx_harness.robot.tasks import RobotTask
 from structured_text.debug.devices import DeviceFrame, Devices, DeviceStep
 from structured_text.debug.machine import Scope
 from structured_text.debug.places import real_path
@@ -23,7 +23,7 @@ from structured_text.errors import InputError
 
 __all__ = ["RobotPrograms", "robot_programs"]
 
-#: Decimals of lengths and angles, which points have in 0.001 mm and 0.001 degree.
+#: Decimals of lengths and angles; points store 0.001 mm and 0.001 degree.
 _SCALE = 1000
 
 
@@ -34,10 +34,10 @@ def robot_programs(controllers: Sequence[Controller]) -> Devices | None:
 
 
 class RobotPrograms:
-    """The programs of all controllers of a cell that are texts in the robot's own language.
+    """The programs in the robot's own language, of all controllers of a cell.
 
-    The debugger's number of a task counts the programs of all controllers, so that it stays the
-    same if the program is registered in another task of its controller.
+    The debugger numbers the programs of all controllers, so the number of a program stays the same
+    if it is registered in another task of its controller.
     """
 
     def __init__(self, controllers: Sequence[Controller]) -> None:
@@ -70,7 +70,7 @@ class RobotPrograms:
         return [(number, self._name(number)) for number, task in self._every() if task.number]
 
     def stack(self, task: int) -> list[DeviceFrame]:
-        """Return the calls of a task, the innermost first."""
+        """Return the calls of a task; the innermost call is first."""
         robot, of = self._task(task)
         calls = of.stack
         return [
@@ -85,7 +85,7 @@ class RobotPrograms:
 
     @property
     def positions(self) -> list[str]:
-        """Return for each task in use its program, line, state and statement as one line."""
+        """Return a line for each task in use, with its program, line, state and statement."""
         return [
             f"{name}, line {of.line + of.program.offset}, {of.state}: {_statement(of)}"
             for number, name in self.tasks
@@ -93,10 +93,10 @@ class RobotPrograms:
         ]
 
     def condition(self, text: str) -> Callable[[int], bool]:
-        """Return a function of the number of a task that evaluates a condition there.
+        """Return a function that evaluates a condition in the task with the given number.
 
-        Raise InputError if the text is not an expression of the robot language; so does the
-        function if the expression has no value.
+        Raise InputError if the text is not an expression of the robot language. The function raises
+        InputError if the expression has no value.
         """
         node = read_expression(text)
 
@@ -111,7 +111,7 @@ class RobotPrograms:
         return holds
 
     def watch(self, look: Callable[[DeviceStep], None] | None) -> None:
-        """Call `look` before each line that a task begins, from now on; None: no longer."""
+        """Call `look` before each line that a task begins, from now on; None ends the calls."""
         for robot, watch in self._watching:
             robot.program.observers.remove(watch)
         self._watching = []
@@ -140,9 +140,9 @@ class RobotPrograms:
         return f"Robot{which} task {task.number}: {task.program.name}"
 
     def _scopes(self, robot: Controller, number: int, depth: int) -> list[Scope]:
-        """Return the groups of values of a frame; `depth` is the number of calls outside of it.
+        """Return the groups of values of a frame; `depth` is the number of calls around it.
 
-        They are read when they are opened, from the task as it is then.
+        Values are read when the user opens a group, from the current state of the task.
         """
 
         def of(items: Callable[[Controller, RobotTask], list[Item]]) -> Callable[[], list[Item]]:
@@ -199,7 +199,7 @@ def _variables(_: Controller, task: RobotTask, *, depth: int) -> list[Item]:
 
 
 def _own(frames: list[Frame], of_program: dict[str, Value]) -> dict[str, Value]:
-    """Return the variables of the innermost SUB; a GOSUB has those around it."""
+    """Return the variables of the innermost SUB; a GOSUB uses the variables of its caller."""
     own = (frame.variables for frame in reversed(frames))
     return next((found for found in own if found is not None), of_program)
 
@@ -208,7 +208,7 @@ _TYPES = {"%": "integer", "!": "real", "$": "character string"}
 
 
 def _static(robot: Controller, task: RobotTask) -> list[Item]:
-    """Return the static variables that the program uses, and those that are not 0."""
+    """Return the static variables that the program uses or that are not 0."""
     variables, used = robot.program.memory.variables, _used(task, "variable")
     every: list[tuple[str, float, str]] = [
         (f"SGI{k}", v, "integer") for k, v in enumerate(variables.integers)
@@ -218,7 +218,7 @@ def _static(robot: Controller, task: RobotTask) -> list[Item]:
 
 
 def _points(robot: Controller, task: RobotTask) -> list[Item]:
-    """Return the points that the program names by their numbers."""
+    """Return the points whose numbers the program contains."""
     points = robot.program.memory.points
     numbers = sorted(
         node.args[0].args[0]
@@ -267,7 +267,7 @@ def _nodes(code: Sequence[Instruction]) -> Iterator[Node]:
 
 
 def _shown(value: Value) -> str:
-    """Return a value as the robot language writes it."""
+    """Return a value in the notation of the robot language."""
     if isinstance(value, Point):
         if value.mm:
             return " ".join(f"{part / _SCALE:.3f}" for part in value.data)

@@ -25,7 +25,7 @@ def words_of(area: bytes) -> tuple[int, ...]:
 class Telegram(NamedTuple):
     """A remote command: the time of its code, its words, and the answer so far.
 
-    `ended_us` is -1 until the command ends. `answer` holds the words from m on at that time.
+    `ended_us` is -1 until the command ends. `answer` has the words from m on.
     """
 
     t_us: int
@@ -52,7 +52,7 @@ class Telegrams:
     Attributes:
         so: The area that the PLC read last.
         si: The area that the PLC wrote last.
-        last: The last telegrams, the newest first.
+        last: The last telegrams; the newest is first.
     """
 
     def __init__(self, size: int) -> None:

@@ -1,4 +1,4 @@
-"""The states of a cell in an exploration: as bytes to return to, and as a key to recognise them."""
+"""The states of a cell in an exploration: bytes that restore a state, and keys that identify it."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ _DIGEST, _MARSHAL = 16, 2
 
 
 class CellStates:
-    """The states of one cell, whose program has not run its first scan.
+    """The states of a cell that has not run its first scan.
 
-    All processes that build the same cell understand the same bytes.
+    The bytes of a state are valid in all processes that build the same cell.
     """
 
     def __init__(self, cell: Cell, judge: Judge) -> None:
         assert isinstance(cell.program, BuiltinProgram)
         self._cell, self._judge = cell, judge
         self._program = Abstraction(cell.program, cell.timing.scan_us, TABLES)
-        # These objects never change, so a state contains only their places in this list.
+        # These objects never change, so a state contains only their positions in this list.
         self._fixed = list(_fixed(cell))
         self._places = {id(one): place for place, one in enumerate(self._fixed)}
 
@@ -86,7 +86,7 @@ class CellStates:
         scan_us, timeout_us = self._cell.timing.scan_us, self._cell.timing.timeout_us
         for robot, network, wire, _, _ in nodes:
             (*state, _, lost_us), (last, due), images, random, _ = network
-            # Longer ago than these times makes no difference; see `PacketNetwork`.
+            # Events that are older than these times have no effect; see `PacketNetwork`.
             reopens_us = -(scan_us + timeout_us)
             yield (
                 relative(robot, now_us),
@@ -103,18 +103,18 @@ class CellStates:
 def _of_plc(plc: Any) -> Any:
     """Return the memory of the monitors, and whether the PLC runs."""
     (contract, (_, faults)), runs, powered, _ = plc
-    # Which block was last called for which robot makes no difference: there is one robot.
+    # With one robot, the block that was called last for each robot has no effect.
     return relative((contract, faults), 0), runs, powered
 
 
 def _clocks(agenda: Any, now_us: int) -> Any:
-    """Return when the next packet, cycle and scan come."""
+    """Return the times of the next packet, cycle and scan."""
     queue, _, _ = agenda
     return tuple(sorted((t_us - now_us, int(kind), device) for t_us, kind, device, *_ in queue))
 
 
 def _of_wire(wire: Any, now_us: int) -> Iterator[Any]:
-    """Yield the memory of a wire monitor: a change counts for 100 ms, commands are not counted."""
+    """Yield the memory of a wire monitor, without changes older than 100 ms and command counts."""
     values = dict(wire)
     changed_us = values["_changed_us"]
     ago_us = None if changed_us is None else min(now_us - changed_us, INTERVAL_US)
@@ -138,14 +138,14 @@ def _fixed(cell: Cell) -> Iterator[Any]:
 
 
 class _Pickler(pickle.Pickler):
-    """Replaces fixed objects by their places."""
+    """The pickler that replaces fixed objects by their positions in the list."""
 
     def __init__(self, stream: io.BytesIO, places: dict[int, int]) -> None:
         super().__init__(stream, protocol=5)
         self._places = places
 
     def persistent_id(self, one: Any) -> int | None:
-        """Return the place of a fixed object; None for all others."""
+        """Return the position of a fixed object; None for all other objects."""
         return self._places.get(id(one))
 
 

@@ -1,7 +1,7 @@
-"""Explores a cell: all orders in which inputs change and faults come, with the real controller.
+"""The exploration of a cell: all orders of changes of inputs and of faults.
 
-The virtual controller runs with its robot programs and its own times. A state is that of the whole
-cell after a scan: PLC, network, controllers, monitors and properties.
+The virtual controller runs with its robot programs and its own times. A state is the state of the
+whole cell after a scan: PLC, network, controllers, monitors and properties.
 """
 
 from __future__ import annotations
@@ -43,13 +43,14 @@ _EVENTS = {
     "alarm": "SO(03) ON: alarm",
 }
 _PLACE = re.compile(r"^(controller \d+: )?(plc, scan \d+|robot, cycle \d+): ")
-#: The keys are checked by pairs of states with the same key: the first so many, then each so
-#: manyth, over this number of scans. The states of this many keys are stored for that.
+#: The keys are checked with pairs of states that have the same key. The constants are: the number
+#: of first pairs that are checked, the interval of further checked pairs, the number of scans that
+#: are compared, and the number of keys for which states are stored.
 _FIRST_TWINS, _FURTHER_TWINS, _COMPARED, _EARLIER = 20, 16, 3, 2_000
 
 
 class CellChoice(NamedTuple):
-    """What happens before a scan: a fault, or a new value of an input, or nothing."""
+    """An event before a scan: a fault, a new value of an input, or nothing."""
 
     number: int
     event: str
@@ -130,7 +131,7 @@ class _CellWorld(World[CellChoice]):
         self.cell: Cell = cells.cell(0, keep=0)
         program = self.cell.program
         if not isinstance(program, BuiltinProgram):
-            raise InputError("cells are explored on the built-in engine")
+            raise InputError("a cell can be explored only on the built-in engine")
         refuse(program.module.project)
         _refuse_clocks(self.cell)
         self._broken: list[str] = []
@@ -153,9 +154,11 @@ class _CellWorld(World[CellChoice]):
         Stimulus(Path(), list(start)).schedule(self.cell)
         while self.cell.next_us < begin_us:
             self.cell.scan(1)
-        # Entries of a later time would be left in the agenda of each state.
+        # Later entries would stay in the agenda of each state.
         if late := [entry for entry in start if entry.t_us >= self.cell.next_us]:
-            text = f"the run has an entry at {late[0].t_us // 1000} ms, when the exploration begins"
+            text = (
+                f"the run has an entry at {late[0].t_us // 1000} ms, after the exploration begins"
+            )
             raise InputError(text, hint="name a later --begin")
         if self._broken or self.cell.violations:
             told = [*self._broken, *(one.text for one in self.cell.violations)]
@@ -220,7 +223,7 @@ class _CellWorld(World[CellChoice]):
         self._broken.append(f"property: {kind}: {text}")
 
     def _note_twin(self, state: bytes) -> None:
-        """Store a state that has the key of an earlier one, with that one."""
+        """Store a state together with an earlier state that has the same key."""
         earlier = self._earlier.setdefault(self._known[1], state)
         if len(self._earlier) > _EARLIER:
             self._earlier.pop(next(iter(self._earlier)))
@@ -237,7 +240,7 @@ class _CellWorld(World[CellChoice]):
             self._compare(*self._twins.pop(), random)
 
     def look(self, result: Result, states: Paths) -> None:
-        """Check the pairs of states that are left."""
+        """Check the remaining pairs of states."""
         del result, states
         while self._twins:
             self._compare(*self._twins.pop(), Random(len(self._twins)))
@@ -248,12 +251,12 @@ class _CellWorld(World[CellChoice]):
         ways = [list(self._way(state, choice)) for state in (one, other)]
         if ways[0] != ways[1]:
             raise InputError(
-                "the states of this cell cannot be told apart",
+                "the states of this cell cannot be distinguished",
                 hint="please report it with the cell; nothing is said about its rules",
             )
 
     def _way(self, state: bytes, choice: CellChoice) -> Iterator[object]:
-        """Yield the key of each following state, or the rules that are broken."""
+        """Yield the key of each following state, or the broken rules."""
         self._states.thaw(state)
         for one in (choice, *[self.every[0]] * (_COMPARED - 1)):
             if broken := self._scan(one):
@@ -263,7 +266,7 @@ class _CellWorld(World[CellChoice]):
 
 
 def _refuse_clocks(cell: Cell) -> None:
-    """Raise InputError if a robot program reads the time: its states never recur."""
+    """Raise InputError if a robot program reads the time, because its states then never recur."""
     for robot in cell.robots:
         for task in robot.program.tasks:
             for one in task.code.code:
@@ -279,7 +282,7 @@ def _refuse_clocks(cell: Cell) -> None:
 def _choices(
     inputs: Mapping[str, Sequence[tuple[str, Any]]], faults: Iterable[str], controllers: int
 ) -> Iterator[CellChoice]:
-    """Yield all choices; that nothing happens comes first."""
+    """Yield all choices; the first is that nothing happens."""
     number = 0
     yield CellChoice(number, "", 1, "", "", None)
     for path, values in inputs.items():

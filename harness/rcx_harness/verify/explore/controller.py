@@ -48,7 +48,7 @@ _ALARM_WORD = 12
 
 
 class Wire(NamedTuple):
-    """What the PLC has written: the remote command code and the dedicated inputs."""
+    """The outputs of the PLC: the remote command code and the dedicated inputs."""
 
     code: int = 0
     bits: int = 0
@@ -78,7 +78,7 @@ class Small(NamedTuple):
     bits: int = 0
 
     def seen(self, wire: Wire) -> Small:
-        """Return the state that follows immediately from what the PLC has written."""
+        """Return the state that follows immediately from the outputs of the PLC."""
         if not self.link:
             return self
         # Levels act at once: SI(00) OFF is an emergency stop, SI(06) OFF stops the
@@ -98,7 +98,7 @@ class Small(NamedTuple):
         return self._replace(so=so, asked=asked, bits=wire.bits)
 
     def moves(self, wire: Wire, faults: frozenset[str]) -> Iterator[str]:
-        """Yield the moves that the controller may make after it has seen this."""
+        """Yield the moves that the controller may make after it has read these outputs."""
         yield ""
         if not self.link:
             yield "link up"
@@ -132,7 +132,7 @@ class Small(NamedTuple):
         if move in status:
             return self._replace(status=status[move])
         if move == "link":  # it stops as at an emergency stop, manual chapter 1, 5.2
-            return Small(link=False, bits=0xFFFF)  # the first image then has no edges
+            return Small(link=False, bits=0xFFFF)  # the first image after a loss has no edges
         if move == "link up":
             return self._replace(link=True)
         on, off, asked = _DONE.get(move, (0, 0, 0))
@@ -148,7 +148,7 @@ class Small(NamedTuple):
         return bytes(area)
 
 
-#: For each move the dedicated outputs that go ON and OFF, and the edges that it answers.
+#: By move: the dedicated outputs that go ON and OFF, and the edges that the move answers.
 _DONE = {
     "servo": (_SERVO, 0, _SI01),
     "reset": (_MP_RDY, _ALARM, _SI16),

@@ -13,7 +13,7 @@ __all__ = ["Demanded"]
 
 
 class Demanded:
-    """The properties of a program that the exploration puts into one state after another."""
+    """The properties of a program; the exploration switches their memory from state to state."""
 
     def __init__(
         self,
@@ -35,13 +35,13 @@ class Demanded:
         return tuple(one.memory(now_us) for one in self._followed)
 
     def go_to(self, state: Any, now_us: int) -> None:
-        """Restore a state, for a next scan at this time."""
+        """Restore a state; the next scan is at this time."""
         before_us = now_us - self._scan_us
         for one, memory in zip(self._followed, state, strict=True):
             one.remember(memory, before_us)
 
     def scan(self, now_us: int) -> list[str]:
-        """Return the properties that a scan broke, in the words of `rcx run --properties`."""
+        """Return the properties that a scan broke, with the messages of `rcx run --properties`."""
         return [
             f"property: {one.declared.kind}: {one.told(self._program)}"
             for one in self._followed

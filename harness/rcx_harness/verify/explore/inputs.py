@@ -15,7 +15,7 @@ __all__ = ["values_of"]
 
 
 def values_of(program: Program, path: str, texts: Sequence[str]) -> Iterator[tuple[str, Any]]:
-    """Yield the values of an input, each as text and as the program's value."""
+    """Yield the values of an input, both as text and as value of the program."""
     kind = program.type_of(path)
     if not texts and kind == ElementaryType("BOOL"):
         texts = ("false", "true")

@@ -47,7 +47,7 @@ class Monitors:
         return same, tuple(before for before, _ in pins)
 
     def go_to(self, state: Sequence[Any], now_us: int) -> None:
-        """Restore that memory, as of one period before a scan at this time."""
+        """Restore the memory; the next scan is at this time, one period later."""
         same, pins = state
         items: Any = self._items()
         values = iter(same)

@@ -1,7 +1,8 @@
 """The state of a cell without absolute times, so that a state can recur.
 
-Two states with the same key behave alike from then on. Left out is what no later scan and no robot
-program can notice: numbers of scans, the history of the alarms, counters of operation.
+Two states with the same key behave alike from then on. The key does not contain data that has no
+effect on later scans and robot programs: numbers of scans, the history of the alarms, counters of
+operation.
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ from rcx_harness.robot.findings import Findings
 from rcx_harness.robot.machine import Machine
 from rcx_harness.robot.ports import Ports
 from rcx_harness.robot.program.syntax import Program
-from rcx_harness.robot.tasks import Programs, RobotTask
+from rcx_harness.robot.program.task import RobotTask
+from rcx_harness.robot.tasks import Programs
 
 __all__ = ["relative"]
 
@@ -36,7 +38,7 @@ _DROPPED: dict[type, frozenset[str]] = {
 }
 #: Names of attributes with an absolute time that have no later effect.
 _NO_EFFECT = frozenset({"now_us", "t_us", "executed"})
-#: Names of attributes with a time at which something is due: all past times are alike.
+#: Names of attributes with a due time; all times in the past have the same effect.
 _DUE = frozenset({"_due_us", "wake_us"})
 #: Names of attributes with a duration.
 _DURATIONS = frozenset({"duration_us", "_interval_us", "_time_us", "servo_on_us", "operating_us"})
@@ -92,8 +94,9 @@ class _Walk:
     def _attribute(self, name: str, one: Any) -> Any:
         if not name.endswith("_us") or name in _DURATIONS or one is None:
             return self.of(one)
-        # A name that is not in the tables counts as an absolute time without a limit. States
-        # then differ that are alike, but none is taken for another.
+        # A name that is not in the tables counts as an absolute time without a limit. At worst,
+        # states that behave alike then have different keys; different states never have the same
+        # key.
         since_us = one - self._now_us
         return max(0, since_us) if name in _DUE else since_us
 
@@ -115,7 +118,7 @@ class _Walk:
                 yield name, self.of(one)
 
     def task(self, value: RobotTask) -> Iterator[Any]:
-        """Yield the parts of a task: of its times only how long it still waits."""
+        """Yield the parts of a task; its times are reduced to the remaining wait."""
         for name, one in _named(value):
             if name not in ("program", "code", "since_us", "elapsed_us", "until_us"):
                 yield name, self.of(one)
@@ -124,11 +127,11 @@ class _Walk:
             passed_us = value.passed_us(self._now_us)
         at = value.code.code[value.at].kind if value.at < len(value.code.code) else ""
         left_us = None if value.until_us is None else value.until_us - passed_us
-        # A program that is only a duration counts its own progress.
+        # A program that is only a duration depends on its progress.
         yield "left", left_us, passed_us if at == "duration" else None
 
     def inputs(self, value: DedicatedInputs) -> Iterator[Any]:
-        """Yield the parts of the dedicated inputs: a change counts as long as the interval."""
+        """Yield the parts of the dedicated inputs; a change older than the interval is dropped."""
         for part in self._attributes(value):
             if part[0] == "_changed_us" and part[1] is not None:
                 yield part[0], max(part[1], -dict(_named(value))["_interval_us"])

@@ -1,4 +1,4 @@
-"""Writes the shortest path to a broken rule as a stimulus file and runs it in a cell."""
+"""The shortest path to a broken rule, written as a stimulus file and run in a cell."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from rcx_harness.cell.cell import Cell
-from rcx_harness.cell.sources import source_files
+from rcx_harness.cell.compiled import Compiled
 from rcx_harness.cell.stimulus import Entry, Stimulus
 from rcx_harness.robot import RobotConfig
 from rcx_harness.verify.explore.user import Choice, Explored, Settings
@@ -15,12 +15,13 @@ from rcx_harness.verify.replay import replayed
 from structured_text.bench import Bench
 from structured_text.bench.stimulus import Stimulus as PlcStimulus
 from structured_text.errors import InputError
+from structured_text.projects.sources import SourceFiles
 
 __all__ = ["replay"]
 
 
 def replay(
-    files: Sequence[Path], lib: Path | None, explored: Explored, settings: Settings, folder: Path
+    sources: SourceFiles, explored: Explored, settings: Settings, folder: Path
 ) -> tuple[Path, bool]:
     """Write the stimulus of a broken rule and its chart, and run it in a cell.
 
@@ -38,9 +39,9 @@ def replay(
         given: dict[str, Any] = {"engine": "builtin", "scan": settings.scan_us}
         if settings.robot:
             given |= {"robot": RobotConfig(size=settings.size), "m": settings.m, "n": settings.n}
-            return Cell.build(list(files), lib=lib, **given)
-        paths = [one.path for one in broken.path if one.path]  # nothing else changes from outside
-        return Bench.build(source_files(list(files), lib), watch=paths, **given)
+            return Cell.build(Compiled(sources, given.pop("engine")), **given)
+        paths = [one.path for one in broken.path if one.path]  # no other events come from outside
+        return Bench.build(sources, watch=paths, **given)
 
     with replayed(
         made,

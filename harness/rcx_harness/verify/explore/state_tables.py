@@ -1,4 +1,4 @@
-"""The tables of the abstraction: which state of the library's blocks has a later effect."""
+"""The tables of the abstraction: the variables of the library's blocks that have a later effect."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ TYPES: dict[str, Omitted] = {
     "FB_RCXTAKEHEAD": Omitted(
         dropped="Connected Status Words Bits Start Shown Again", fixed="NoWords"
     ),
-    # Scans are whole milliseconds apart, so Rest is always 0.
+    # The interval of scans is in whole milliseconds, so Rest is always 0.
     "FB_RCXSCANTIME": Omitted(dropped="Milliseconds OneMs", fixed="Rest"),
     "FB_WRITEAREA": Omitted(
         dropped="Interval Margin EmergencyStopOk StopOk Error ErrorID Value Bits k",

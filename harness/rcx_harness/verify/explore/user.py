@@ -1,4 +1,4 @@
-"""Explores a user's program: all moves of its panel and of a small controller, in every order."""
+"""The exploration of a program: all moves of its panel and a small controller, in any order."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ __all__ = ["Choice", "Explored", "Settings", "explore", "refuse"]
 _DIGEST = 16
 #: Bytes of the length field at the end of a state, after the controller and the monitors.
 _LENGTH = 4
-#: The search uses one process for this time [s]: a short search does not pay for workers.
+#: The search uses one process for this time [s], because workers slow down a short search.
 _ALONE_S = 1.0
 
 
@@ -109,8 +109,8 @@ class Explored:
     Attributes:
         result: The figures, and the first broken rule. Its path contains `Choice` items.
         inputs: The possible values of each input.
-        left: Inputs that stay at their initial value, because no values are given for them.
-        areas: What the PLC reads in each scan of the path, and whether it is connected.
+        left: Inputs without given values, which stay at their initial value.
+        areas: The area that the PLC reads in each scan of the path, and the state of the link.
     """
 
     result: Result
@@ -158,7 +158,7 @@ def _of_original(error: InputError, copies: Copies) -> InputError:
 
 
 class _Program(World[Choice]):
-    """A program with its surroundings; a state contains all of them after a scan."""
+    """A program with its surroundings; a state contains both after a scan."""
 
     moves: Collection[str] = tuple(MOVES)
 
@@ -213,7 +213,7 @@ class _Program(World[Choice]):
         return zlib.decompress(packed)
 
     def choices(self, state: bytes) -> Sequence[Choice]:
-        """Return each possible move of the controller with each change of an input, or none."""
+        """Return each possible move of the controller, with each change of an input and without."""
         small, wire, *_ = _memory(state)
         self._state.thaw(state)
         now = {path: self.program.read(path) for path in self.inputs}
@@ -238,14 +238,14 @@ class _Program(World[Choice]):
         """Check that the abstraction is sound for one step.
 
         The same scan runs at another time, with other tickets and scan numbers. It must lead to the
-        same state. If it does not, the abstraction has dropped a variable that has an effect.
+        same state. Otherwise the abstraction has dropped a variable that has an effect.
         """
         now_us = self._state.disturb(state, 1, random)
         there, broken = self._scan(state, choice, now_us)
         if there != following or broken:
             where = "; ".join(self._state.differences(there, following)) or "a monitor"
             raise InputError(
-                f"the states of this program cannot be told apart: {where}",
+                f"the states of this program cannot be distinguished: {where}",
                 hint="please report it with the program; nothing is said about its rules",
             )
 
@@ -286,7 +286,7 @@ class _Program(World[Choice]):
         self._image.put(small.area(self._settings.size), small.link)
 
     def _get(self, small: Small, now_us: int) -> tuple[Wire, list[str]]:
-        """Return the bytes that the program has written, and the rules that it has broken."""
+        """Return the output area of the program, and the rules that it has broken."""
         self._areas = so, si = small.area(self._settings.size), self._image.get()
         return Wire.of(si), self._monitors.scan(now_us, so, si, connected=small.link)
 
@@ -323,11 +323,11 @@ class _Alone(_Program):
 
 
 def _packed(memory: tuple[Any, ...]) -> bytes:
-    """Return the memory of controller, demands and monitors as bytes; equal memory, equal bytes."""
+    """Return the memory of controller, demands and monitors; equal memory has equal bytes."""
     small, wire, *others = memory
     stream = BytesIO()
     pickler = pickle.Pickler(stream, protocol=5)
-    pickler.fast = True  # equal bytes must not depend on object identity
+    pickler.fast = True  # the bytes must not depend on the identity of objects
     pickler.dump((tuple(small), tuple(wire), *others))
     packed = stream.getvalue()
     return packed + len(packed).to_bytes(_LENGTH, "little")
@@ -362,7 +362,7 @@ def refuse(project: Project) -> None:
 
 
 def _left(project: Project, world: _Program) -> list[str]:
-    """Return the inputs without values: variables that neither a program nor a scanner sets."""
+    """Return the inputs without given values: variables that no program and no scanner sets."""
     given = {path.upper() for path in world.inputs}
     names = []
     for instance, block in project.instances.items():

@@ -1,4 +1,4 @@
-"""Data that must be stable while a strobe says that they are valid, until they are acknowledged.
+"""Data that must be stable while a strobe declares them valid, until they are acknowledged.
 
     [[stable]]
     name = "place"
@@ -7,8 +7,8 @@
     acknowledge = "SO(20)"
 
 The same table serves both directions: the PLC gives data to the robot (SI, SIW), or the robot to
-the PLC (SO, SOW). Statements of the robot program are judged, too: it may read the PLC's data only
-while the strobe is ON, and change its own data only while its strobe is OFF or acknowledged.
+the PLC (SO, SOW). Statements of the robot program are judged, too. It may read the PLC's data only
+while the strobe is ON. It may change its own data only while its strobe is OFF or acknowledged.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ __all__ = ["StableData", "stable_in"]
 
 _KEYS = ("name", "strobe", "data", "acknowledge", "before", "after", "controller")
 _MOST_SCANS = 10_000
-#: A message does not count further than this.
+#: Greatest number of scans in a message.
 _SEVERAL = 3
 
 
@@ -43,8 +43,8 @@ class StableData(Declared):
         strobe: A port such as `SI(20)`, or a condition in Structured Text.
         data: Ports such as `SIW(2)`, or variables of the program.
         acknowledge: A port or a condition that ends the demand while the strobe is ON; or empty.
-        scans_before: The data must be there this many scans before the edge.
-        scans_after: The demand ends this many scans after the edge; 0: with the strobe.
+        scans_before: The data must be stable from this many scans before the edge.
+        scans_after: The demand ends this many scans after the edge; 0: it ends with the strobe.
         controller: The controller of the ports, from 1.
     """
 
@@ -112,10 +112,10 @@ class _Stable:
         self._reported: frozenset[str] = frozenset()
 
     def scan(self, now_us: int) -> bool:
-        """Evaluate a scan, and return whether the data have changed where they must not."""
+        """Evaluate a scan, and return whether the data have changed while they must be stable."""
         del now_us
         told = [self._judged(), *self._statements.broken()]
-        # A statement that is repeated is reported once, or a loop would report it in each scan.
+        # A repeated statement is reported once; otherwise a loop would report it in each scan.
         new = [one for one in told if one and one not in self._reported]
         self._reported |= {one for one in new if one != told[0]}
         self._said = "; ".join(new)
@@ -146,7 +146,7 @@ class _Stable:
         return said
 
     def _changed(self, old: Sequence[Any], new: Sequence[Any], when: str, scans: int) -> str:
-        """Return which data have changed, and how many scans before or after the edge."""
+        """Return the data that have changed, and the number of scans before or after the edge."""
         changes = ", ".join(
             f"{name} from {a} to {b}"
             for name, a, b in zip(self.declared.data, old, new, strict=True)
@@ -161,7 +161,7 @@ class _Stable:
         return f"{changes}: changed {_few_scans(scans)} after {strobe} became ON{until}"
 
     def told(self, program: Program) -> str:
-        """Return which data have changed, and when."""
+        """Return the message about the data that have changed, with the time of the change."""
         del program
         return self._said
 
@@ -174,7 +174,7 @@ class _Stable:
         self._was, self._history, self._valid, self._scans, self._reported = snapshot
 
     def memory(self, now_us: int) -> Hashable:
-        """Return the memory; scans are counted only as far as a message or `after` needs them."""
+        """Return the memory; scan counts are limited to the largest count with an effect."""
         del now_us
         counted = 0
         if self._valid is not None:
@@ -212,7 +212,7 @@ class _Statements:
         return ports
 
     def broken(self) -> list[str]:
-        """Return in words which statements since the last scan broke the demand."""
+        """Return the messages about statements since the last scan that broke the demand."""
         if self._strobe is None or not self._robots or not self._data:
             return []
         recorded = self._ports().accesses or []

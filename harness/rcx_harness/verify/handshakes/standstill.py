@@ -56,7 +56,7 @@ class Standstill(Declared):
         """Return the property, ready to be evaluated scan by scan."""
         del program, areas
         if not isinstance(cell, Cell):
-            text = f"{self.name}: a deadlock is between the PLC and the program of a robot"
+            text = f"{self.name}: a deadlock needs the program of a robot"
             raise InputError(text, file=self.shown_file, hint="name the robot file by --robot")
         return _Standing(self, next(made) if self.during else None, cell)
 
@@ -64,8 +64,9 @@ class Standstill(Declared):
 class _Standing:
     """The evaluation of a `Standstill`.
 
-    Something moves if an output of the PLC or of a robot changes, or an axis. Variables of the PLC
-    and lines of the robot program do not count: a program that polls its inputs stands still.
+    A change of an output of the PLC or of a robot counts as movement, and so does a moving axis.
+    Variables of the PLC and lines of the robot program do not count, because a program that only
+    polls its inputs makes no progress.
     """
 
     has_before = False
@@ -82,7 +83,7 @@ class _Standing:
         self._reported = False
 
     def scan(self, now_us: int) -> bool:
-        """Evaluate a scan, and return whether nothing has moved for the whole time."""
+        """Evaluate a scan, and return whether nothing has moved for the time `within`."""
         seen = self._state()
         if seen is None or seen != self._seen:
             self._seen, self._reported = seen, False
@@ -96,7 +97,7 @@ class _Standing:
         return True
 
     def _state(self) -> Hashable:
-        """Return all that can move; None if nothing is expected to move now."""
+        """Return the state whose changes count as movement; None if no movement is demanded now."""
         cell = self._cell
         machines = [robot.machine for robot in cell.robots]
         if not cell.connected or not any(machine.program.busy for machine in machines):
@@ -147,7 +148,7 @@ def standstills_in(table: Mapping[str, Any], file: Path) -> list[Standstill]:
             if not isinstance(value, str):
                 raise InputError(f"{where}: {key} is not a text", file=file, line=line)
         if "within" not in one:
-            hint = 'write within = "2s", longer than anything that lasts'
+            hint = 'write within = "2s", longer than the longest movement'
             raise InputError(f"{where}: within is missing", file=file, line=line, hint=hint)
         try:
             within_us = parse_us(one["within"])

@@ -1,8 +1,8 @@
-"""What a cell waits for, in words: the PLC for bits of the robot, robot programs for their inputs.
+"""The signals that a cell waits for: the PLC for bits of the robot, robot programs for inputs.
 
-The PLC's program does not say what it waits for. It is found by trial: each output bit that a robot
-program names is inverted in what the PLC reads, and the PLC waits for it if its outputs then become
-others. The trial is undone; no time passes.
+The signals of the PLC are found by trial. In the area that the PLC reads, each output bit that a
+robot program names is inverted. If the outputs of the PLC then change, the PLC waits for the bit.
+The trial is undone and takes no virtual time.
 """
 
 from __future__ import annotations
@@ -13,18 +13,18 @@ from itertools import combinations
 
 from rcx_harness.cell import Cell
 from rcx_harness.robot.ports import Port, value_in
-from rcx_harness.robot.tasks import RobotTask
+from rcx_harness.robot.program.task import RobotTask
 from structured_text.errors import InputError
 
 __all__ = ["plc_waits", "robot_waits", "waits"]
 
-#: The PLC must react within this time [us], with this least and greatest number of scans.
+#: Time in which the PLC must react [us], and the least and greatest number of scans for it.
 _REACTS_US, _LEAST, _MOST = 1_000_000, 3, 200
 #: Pairs of bits are tried among at most this many bits.
 _MOST_IN_PAIRS = 12
 _WAIT = re.compile(r"\bWAIT\s+((?:[^':\"]|\"[^\"]*\")+)", re.IGNORECASE)
 
-#: A bit of a robot, with the place of the robot in the cell.
+#: A bit of a robot, with the index of the robot in the cell.
 _Bit = tuple[int, Port]
 
 
@@ -58,9 +58,9 @@ def _doing(task: RobotTask) -> str:
 
 
 def plc_waits(cell: Cell) -> list[str]:
-    """Return the output bits of the robots whose change would change the outputs of the PLC.
+    """Return the output bits of the robots for which the PLC waits.
 
-    If no single bit would, pairs of bits are tried.
+    If no single bit changes the outputs of the PLC, pairs of bits are tried.
     """
     bits = [
         (number, bit)
@@ -74,12 +74,12 @@ def plc_waits(cell: Cell) -> list[str]:
             if single or len(bits) > _MOST_IN_PAIRS:
                 return single
             return [trial.words(pair) for pair in combinations(bits, 2) if trial.reacts(pair)]
-        except InputError:  # the trial stops the PLC, so it says nothing
+        except InputError:  # the trial stops the PLC, so it has no result
             return []
 
 
 class _Trial:
-    """Scans of the PLC's program with other bits from the robots, inside `trial_of_program`."""
+    """Trial scans of the PLC's program with inverted bits of the robots, in `trial_of_program`."""
 
     def __init__(self, cell: Cell) -> None:
         self._cell = cell
@@ -90,12 +90,12 @@ class _Trial:
         self._unchanged = list(self._outputs(self._areas))
 
     def reacts(self, bits: Sequence[_Bit]) -> bool:
-        """Return whether the PLC's outputs become others if these bits are inverted."""
+        """Return whether the PLC's outputs change if these bits are inverted."""
         outputs = self._outputs(self._inverted(bits))
         return any(a != b for a, b in zip(outputs, self._unchanged, strict=False))
 
     def words(self, bits: Sequence[_Bit]) -> str:
-        """Return the bits as the PLC waits for them: `SO(21) and SO(20) OFF`."""
+        """Return the awaited bits with their values, such as `SO(21) and SO(20) OFF`."""
         areas = self._inverted(bits)
         return " and ".join(
             bit.name
@@ -111,7 +111,7 @@ class _Trial:
         return [bytes(area) for area in areas]
 
     def _outputs(self, areas: Sequence[bytes]) -> Iterator[list[bytes]]:
-        """Yield the PLC's outputs, scan by scan, while it keeps reading these areas."""
+        """Yield the PLC's outputs of each scan while it reads these areas."""
         cell = self._cell
         cell.program.restore(self._before)
         for now_us in self._times:

@@ -1,12 +1,14 @@
-"""Writes a counterexample as a stimulus file and runs it on the built-in engine."""
+"""A counterexample, written as a stimulus file and run on the built-in engine."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from rcx_harness.cell.cell import Cell
+from rcx_harness.cell.compiled import Compiled
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cell.stimulus import Entry, Stimulus
 from rcx_harness.robot import RobotConfig
@@ -17,6 +19,7 @@ from structured_text.bench.stimulus import Stimulus as PlcStimulus
 from structured_text.errors import InputError
 from structured_text.language.types import ArrayType, BlockType, EnumType, StructType
 from structured_text.language.values import scalar_to_python
+from structured_text.projects.sources import SourceFiles
 from structured_text.prove import values
 from structured_text.prove.search import Counterexample
 from structured_text.prove.surroundings import Surroundings, path_of
@@ -74,10 +77,11 @@ def replay(
         given: dict[str, Any] = {"engine": "builtin", "scan": run.scan_us}
         if not isinstance(around, CellSurroundings):
             inputs = [one.name for one in around.inputs if one.searched]
-            return Bench.build(source_files(list(files), lib), watch=inputs, **given)
+            return Bench.build(_sources(files, lib), watch=inputs, **given)
         robots = [RobotConfig(size=area.size) for area in around.areas]
         m, n = [area.m for area in around.areas], [area.n for area in around.areas]
-        return Cell.build(list(files), lib=lib, robot=robots, m=m, n=n, **given)
+        compiled = Compiled(_sources(files, lib), given.pop("engine"))
+        return Cell.build(compiled, robot=robots, m=m, n=n, **given)
 
     kind = Stimulus if in_cell else PlcStimulus
     with replayed(made, entries(run, around), about, stimulus, chart, kind=kind) as cell:
@@ -94,8 +98,15 @@ def replay(
         )
 
 
+def _sources(files: Sequence[Path], lib: Path | None) -> SourceFiles:
+    """Return the sources of a program; extracts of projects keep their lines and their dialect."""
+    found = source_files(list(files), lib)
+    given = {str(one): one for one in files}
+    return replace(found, own=tuple(given.get(str(one), one) for one in found.own))
+
+
 def _compared(cell: Bench, around: Surroundings) -> dict[str, Place]:
-    """Return all scalars of the program with their places in a machine."""
+    """Return all scalars of the program with their positions in the memory of a machine."""
     return {
         name: path_of(around.project, name)[0]
         for name, kind in cell.program.walk()

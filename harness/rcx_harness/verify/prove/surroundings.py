@@ -81,7 +81,7 @@ class CellSurroundings(Surroundings):
         return f"byte m+{number}"
 
     def _held(self, area: Area) -> Iterator[Path]:
-        """Yield the variables of an area that the scanner writes."""
+        """Yield those variables of an area that the scanner writes."""
         for slot in area.image.slots:
             path, _ = path_of(self.project, slot.path.partition("[")[0])
             yield path

@@ -1,4 +1,4 @@
-"""Proves properties of a program in a cell, and replays counterexamples to the others."""
+"""Proofs of the properties of a program in a cell, and replays of counterexamples."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from structured_text.prove.user import Replayed, Result
 
 __all__ = ["LIBRARY", "CellBench", "Settings", "prove"]
 
-#: Knowledge of the proofs about the library that the programs call.
+#: Assumptions of the proofs about the library that the programs call.
 LIBRARY = Library(
     areas=AREAS,
     reference="RCX_REF",
@@ -31,7 +31,7 @@ LIBRARY = Library(
     calls="A call of the library's blocks may do anything to its instance, its Robot and its "
     "Image.",
 )
-#: The same for a program without a robot, of which the library requires nothing.
+#: Assumptions for a program without a robot, which needs nothing of the library.
 _ALONE = replace(LIBRARY, areas={}, reference="")
 
 
@@ -40,21 +40,25 @@ class Settings(user.Settings):
     """The settings of a proof.
 
     Attributes:
-        lib: The folder of the library. None: the library of this package.
+        lib: The folder of the library; None: the library of this package.
         robot: Whether there is a controller. Without a controller the program has no areas.
         replace: Files with Structured Text that replace POUs of a project, by name.
+        device: The device to read of a project with several devices.
     """
 
     lib: Path | None = None
     robot: bool = True
     replace: Mapping[str, Path] = field(default_factory=dict)
+    device: str = ""
 
 
 def prove(files: list[Path], settings: Settings) -> tuple[list[Result], list[str]]:
     """Prove a program's properties; return the results and the names of the program's inputs."""
-    sources = source_files(list(files), settings.lib, settings.replace)
+    sources = source_files(list(files), settings.lib, settings.replace, device=settings.device)
     bench = CellBench if settings.robot else AloneBench
-    return user.prove(sources, settings, bench(files, settings.lib))
+    return user.prove(
+        sources, settings, bench(files, settings.lib, settings.replace, settings.device)
+    )
 
 
 @dataclass(frozen=True)
@@ -63,6 +67,8 @@ class CellBench:
 
     files: Sequence[Path]
     lib: Path | None
+    replace: Mapping[str, Path] = field(default_factory=dict)
+    device: str = ""
     name: str = "rcx prove"
     library: Library = LIBRARY
 
@@ -71,7 +77,7 @@ class CellBench:
         return CellSurroundings(project)
 
     def blame(self, error: InputError) -> InputError:
-        """Return the error, with a hint if the library of `--lib` lacks something."""
+        """Return the error, with a hint if the library of `--lib` is incomplete."""
         return blame_lib(error, self.lib)
 
     def replay(
@@ -91,6 +97,8 @@ class CellBench:
         """Return the command that replays a run."""
         words = ["rcx run", *map(quoted, self.files)]
         words += [f"--lib {quoted(self.lib)}"] if self.lib else []
+        words += [f"--replace {name}={quoted(file)}" for name, file in self.replace.items()]
+        words += [f"--device {quoted(self.device)}"] if self.device else []
         words += [
             f"--scan {run.scan_us / 1000:g}ms --for {len(run.steps) * run.scan_us / 1000:g}ms"
         ]
@@ -108,10 +116,10 @@ class CellBench:
 
 @dataclass(frozen=True)
 class AloneBench(CellBench):
-    """The bench of a program without a robot, for which the library has no requirements."""
+    """The bench of a program without a robot."""
 
     library: Library = _ALONE
 
     def surroundings(self, project: Project) -> Surroundings:
-        """Return surroundings of which only the inputs change."""
+        """Return surroundings in which only the inputs of the program change."""
         return Surroundings(project)

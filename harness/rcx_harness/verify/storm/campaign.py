@@ -1,4 +1,4 @@
-"""Runs random storms on a user's cell, classifies the failures and shortens one of each class."""
+"""Campaigns: random storms on a user's cell, classes of failures, a short run for each class."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from structured_text.farm import Farm, ResultFile
 
 __all__ = ["Explained", "Seed", "Storms", "Unexplained", "classes", "storms"]
 
-#: Number of runs to shorten one class, and to separate it from another class.
+#: Greatest number of runs to shorten a failure, and to separate its class from another class.
 _TRIES, _OTHERS = 150, 12
-#: Further runs that are tried to remove unnecessary actions of the recoveries.
+#: Greatest number of further runs that remove unnecessary actions of the recoveries.
 _MORE_TRIES = 80
 #: Greatest number of classes of one kind.
 _MOST_OF_A_KIND = 5
@@ -56,8 +56,8 @@ class Explained(NamedTuple):
     """A class of failures.
 
     Attributes:
-        causes: The events and inputs that the failure needs in the shortest run. Without a shortest
-            run the failure did not occur again.
+        causes: The events and inputs that the failure needs in the shortest run. If there is no
+            shortest run, the failure did not occur again.
         rest: Seeds that fail without these causes as well.
         seeds: All other seeds.
     """
@@ -177,7 +177,7 @@ class _Worker:
         return _failure(self._course(seed, kind), some)
 
     def _fails_without(self, seed: int, causes: set[str], kind: str) -> bool:
-        """Return whether a seed fails with this kind even if none of these causes occur."""
+        """Return whether a seed fails with this kind even without any of these causes."""
         course = self._course(seed, kind)
         left = [
             replace(one, acts=tuple(act for act in one.acts if causes.isdisjoint(_causes(act))))
@@ -218,9 +218,9 @@ def classes(
     `failing` has the failing seeds by kind of failure, each with the time of its failure [us]; the
     earliest failure is shortened. `kept` are results of earlier calls.
     """
-    # Each round explains one seed of each kind. Seeds that also fail without the causes found
-    # must have another cause, so the next round explains them again. The number of rounds
-    # limits the classes of one kind.
+    # Each round explains one seed of each kind. Seeds that also fail without these causes must have
+    # another cause, so the next round explains them again. The number of rounds limits the number
+    # of classes of a kind.
     waiting = [
         Unexplained(kind, tuple(seed for _, seed in sorted(those)))
         for kind, those in failing.items()

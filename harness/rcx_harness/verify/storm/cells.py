@@ -33,8 +33,8 @@ class CellsOf:
 
     Attributes:
         parcel: All files that are read.
-        parts: The number of files of each group, in this order: program, library,
-            replacements, robots, demands, stimulus, files that the robot files name.
+        parts: The number of files of each group, in the order program, library, replacements,
+            robots, demands, stimulus, files that the robot files name.
         options: Arguments of `Cell.build`, without files.
         replaced: The names of the POUs that files replace.
         depth: The number of path components of the library's first file below its folder.
@@ -97,7 +97,8 @@ class CellsOf:
             named = [one for one in program if not _is_beside(one, program)]
             try:
                 bodies = dict(zip(self.replaced, replaced, strict=True))
-                sources = source_files(named, folder, bodies, self.options.get("dialect"))
+                dialect, device = self.options.get("dialect"), self.options.get("device") or ""
+                sources = source_files(named, folder, bodies, dialect, device)
                 compiled = Compiled(sources, self.options.get("engine", "auto"))
             except InputError as error:
                 raise blame_lib(error, folder) from None
@@ -134,8 +135,8 @@ class Cells:
     """A compiled program with the common settings of its cells.
 
     A cell consists of thousands of objects that refer to each other. The garbage collector would
-    delay freeing several cells, so `cell` calls it each time. While this object exists, the
-    collector skips all older objects (`gc.freeze`).
+    free several cells together and late, so `cell` calls it each time. While this object exists,
+    the collector skips all older objects (`gc.freeze`).
 
     Args:
         options: Arguments of `Cell.build` without the seed.
@@ -148,7 +149,7 @@ class Cells:
         weakref.finalize(self, gc.unfreeze)
 
     def cell(self, seed: int, **changes: Any) -> Cell:
-        """Return a new cell, which reuses the memory of the cell before and ends it."""
+        """Return a new cell; it reuses the memory of the cell before, which is no longer usable."""
         gc.collect()
         return Cell.build(self._compiled, **{**self._options, **changes}, seed=seed)
 

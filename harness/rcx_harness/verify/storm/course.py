@@ -15,7 +15,7 @@ __all__ = ["RECOVERY", "Course"]
 
 #: The kind of failure of a recovery that does not succeed.
 RECOVERY = "recovery"
-#: The cell runs on for this time [us] if no recovery is demanded.
+#: If no recovery is demanded, the cell runs for this further time [us].
 _AFTER_US = 1_000_000
 
 

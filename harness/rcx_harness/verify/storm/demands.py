@@ -30,11 +30,11 @@ FAULTS = (
     *(one for one in OPPOSITES if one != "warning"),
     *("power_cycle", "alarm", "packets_lost", "packets_late", "packets_doubled", "plc_overrun"),
 )
-#: The keys of properties; they may be in several files.
+#: The keys of properties; several files may contain them.
 _PROPERTIES = ("always", "eventually", "stable", "deadlock")
 _KEYS = ("length", "operator", "faults", *_PROPERTIES, "recover")
-#: The largest delay of a packet [us]. With the default of FB_WriteArea.Margin, 150 ms, a delay up
-#: to this value is harmless even if all packets are lost up to the connection's time-out
+#: The largest delay of a packet [us]. With the default of FB_WriteArea.Margin (150 ms), a delay up
+#: to this value is harmless, even if all packets until the connection's time-out are lost
 #: (docs/explanation/scan-model.md).
 _LATE_US = 40_000
 _LENGTH_US = 12_000_000
@@ -51,9 +51,9 @@ class Demands:
         faults: Names from `FAULTS`.
         late_us: The largest delay of a packet [us].
         length_us: The longest time of a storm [us].
-        properties: What always holds, or must hold within a time.
-        recovery: The recovery. None: no recovery is demanded.
-        start: A good run that replaces the recovery at the beginning. Empty: the recovery.
+        properties: Conditions that always hold, or that must hold within a time.
+        recovery: The demanded recovery; None: no recovery is demanded.
+        start: A good run that starts the cell. Empty: the recovery starts the cell.
         start_file: The file of that run.
         places: File and line of each input of the operator, if known.
     """
@@ -133,7 +133,7 @@ class Demands:
         )
 
     def check(self, cell: Cell) -> None:
-        """Check that the cell has everything that the demands name."""
+        """Check that the cell has all variables and controllers that the demands name."""
         Stimulus(Path(self.start_file), list(self.start)).check(cell)
         before = cell.program.snapshot()
         for path in (*self.buttons, *self.switches, *self.values):
@@ -154,8 +154,8 @@ def _check_names(properties: Sequence[Declared]) -> None:
     seen: set[str] = set()
     for one in properties:
         if one.kind in seen:
-            text = f"two properties are called {one.name!r}"
-            raise InputError(text, file=one.file, hint="give one another name")
+            text = f"two properties have the name {one.name!r}"
+            raise InputError(text, file=one.file, hint="rename one of them")
         seen.add(one.kind)
 
 

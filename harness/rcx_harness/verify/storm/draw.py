@@ -1,4 +1,4 @@
-"""Draws the actions of storms from a seed in advance, as lists that can be shortened."""
+"""The drawing of the actions of storms from a seed, as lists that can be shortened."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ _OFTEN = {
 }
 #: Faults without a duration.
 _AT_ONCE = ("power_cycle", "alarm", "plc_overrun")
-#: A connection is lost after its time-out, and a later scan would be taken for a STOP of the PLC.
-#: This is the longest distance of two scans [us].
+#: Longest time between two scans [us]. After a longer time the connection would time out, so the
+#: late scan would count as a STOP of the PLC.
 _LATEST_SCAN_US = 90_000
 _LONGEST_US = 4_000_000
 #: Lengths of storms as parts of the demanded length.
@@ -41,10 +41,10 @@ _CALM_LENGTHS = (1.0, 1.0, 1.0, 3.0)
 def draw_storms(
     demands: Demands, seed: int, controllers: int, scan_us: int, moments: Moments = ((), ())
 ) -> list[Storm]:
-    """Return the storms of a seed. The caller lets a recovery follow each of them.
+    """Return the storms of a seed; the caller runs a recovery after each storm.
 
-    The seed determines everything. `moments` are the times of changes in the first storm and in
-    later storms without faults.
+    The result depends only on the arguments. `moments` are the times of changes in the first storm
+    and in later storms, in a run without faults.
     """
     random = Random(f"storms {seed}")
     first, others = moments
@@ -177,13 +177,13 @@ class _Drawn:
             held_us = random.choice((self._scan_us, 100_000, 100_000, self._lasting()))
         else:
             held_us = self._lasting(self._length_us)
-            if random.random() < 0.3:  # set for the whole storm
+            if random.random() < 0.3:  # the value applies to the whole storm
                 t_us, held_us = 0, self._length_us
         apart_us = self._scan_us * random.choice((0, 0, 1, 2, 5))
         if together == 1 or not apart_us:
             yield Entry(t_us, values=dict.fromkeys(chosen, to), held_us=held_us)
             return
-        for number, name in enumerate(chosen):  # one after the other
+        for number, name in enumerate(chosen):  # the presses follow each other
             yield Entry(t_us + number * apart_us, values={name: to}, held_us=held_us)
 
     def _way_back(self) -> Iterator[Entry]:

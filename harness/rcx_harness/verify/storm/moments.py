@@ -1,4 +1,4 @@
-"""The times at which something changes in a good run. Many failures occur at these times."""
+"""The times of changes in a good run; many failures occur at these times."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from structured_text.language.types import BlockType, ElementaryType, EnumType, 
 
 __all__ = ["Moments", "moments"]
 
-#: Times [us] from the beginning of the first storm of a run, and of any later storm.
+#: Times of changes [us], relative to the beginning of the first storm and of any later storm.
 Moments = tuple[tuple[int, ...], tuple[int, ...]]
 
 _DISCRETE = frozenset(("BOOL", "SINT", "INT", "DINT", "USINT", "UINT", "UDINT", "BYTE", "WORD"))
-#: A variable that changes in more than this share of the scans is ignored.
+#: A variable that changes in more than this part of the scans is ignored.
 _OFTEN = 0.1
-#: The longest observed part of a good run [us].
+#: Time for which a good run is observed at most [us].
 _LONGEST_US = 20_000_000
 
 

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator
 
 from rcx_harness.cell import Cell
 from rcx_harness.robot.program.syntax import SILENT
-from rcx_harness.robot.tasks import RobotTask
+from rcx_harness.robot.program.task import RobotTask
 from rcx_harness.verify.storm.sweep import ranges
 
 __all__ = ["Line", "Reached", "unreached_lines"]
@@ -16,7 +16,7 @@ Line = tuple[int, str, int]
 
 
 class Reached:
-    """An observer of all robot programs of a cell: it remembers the lines that they reach."""
+    """An observer of all robot programs of a cell that records the lines that they reach."""
 
     def __init__(self, cell: Cell) -> None:
         self._cell = cell
@@ -26,18 +26,18 @@ class Reached:
 
     @property
     def lines(self) -> tuple[Line, ...]:
-        """Return the lines, of programs that are texts."""
+        """Return the reached lines of programs that are texts."""
         return tuple(sorted(self._found.intersection(_lines(self._cell))))
 
 
 class _Observer:
-    """Informs a `Reached` of the instructions of one controller."""
+    """The observer that reports the instructions of a controller to a `Reached`."""
 
     def __init__(self, number: int, found: set[Line]) -> None:
         self._number, self._found = number, found
 
     def begins(self, task: RobotTask, at: int) -> None:
-        """Take notice of an instruction."""
+        """Record the line of an instruction."""
         self._found.add((self._number, task.program.name, task.code.line(at)))
 
     def ends(self, task: RobotTask, at: int, to: int) -> None:
@@ -45,7 +45,7 @@ class _Observer:
 
 
 def unreached_lines(cell: Cell, reached: Collection[Line]) -> Iterator[str]:
-    """Yield for each program with lines that were not reached its name and these lines."""
+    """Yield the name and the unreached lines of each program that has unreached lines."""
     left: dict[tuple[int, str], list[int]] = {}
     for number, name, line in sorted(set(_lines(cell)).difference(reached)):
         left.setdefault((number, name), []).append(line)
@@ -57,7 +57,7 @@ def unreached_lines(cell: Cell, reached: Collection[Line]) -> Iterator[str]:
 
 
 def _lines(cell: Cell) -> Iterator[Line]:
-    """Yield all lines with a statement, of programs that are texts."""
+    """Yield all lines with a statement in programs that are texts."""
     for number, robot in enumerate(cell.robots, 1):
         for task in robot.program.tasks:
             for one in task.code.code if task.program.text else ():

@@ -19,7 +19,7 @@ from structured_text.output.units import format_us
 
 __all__ = ["Replay", "Replayed", "replay", "replay_of"]
 
-#: The chart shows this many of the latest changes of variables, and of all changes.
+#: Numbers of the latest changes in the chart: of variables, and of all signals.
 _TOLD, _LATEST = 18, 12
 
 
@@ -87,7 +87,7 @@ def replay(cells: Cells, one: Replay, stimulus: Stimulus) -> Replayed:
 
 
 class _Ending(Timeline):
-    """The chart of a run's end, with the operator's inputs and the property's variables on top."""
+    """The chart of a run's end; operator's inputs and property's variables are at the top."""
 
     def lanes(self) -> list[Lane]:
         """Return the lanes, with variables first."""
@@ -101,7 +101,7 @@ class _Ending(Timeline):
         return sorted({*sorted(of_variables)[-_TOLD:], *super().instants()[-_LATEST:]})
 
     def bands(self, widths: Sequence[int], room: int) -> list[Band]:
-        """Return the bands without signals that do not change in them."""
+        """Return the bands without the signals that are constant in them."""
 
         def told(lane: Lane, band: Band) -> bool:
             return lane.always or lane.kind == "word" or any(map(lane.changes_at, band.instants))

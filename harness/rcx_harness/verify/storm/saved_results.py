@@ -1,4 +1,4 @@
-"""Saved results of earlier calls, so that the next call continues after the last."""
+"""Saved results of earlier calls, with which the next call continues."""
 
 from __future__ import annotations
 

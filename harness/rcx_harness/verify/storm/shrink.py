@@ -1,4 +1,4 @@
-"""Finds the shortest storms that still fail in the same way (delta debugging)."""
+"""The search for shorter storms that still fail in the same way (delta debugging)."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from rcx_harness.verify.storm.storms import Failure, Storm
 
 __all__ = ["shrink", "thin_out"]
 
-#: Most runs that are tried.
+#: Greatest number of runs that are tried.
 MOST_TRIES = 250
-#: Times are rounded to multiples of these [us], the coarsest first.
+#: Times are rounded to multiples of these [us]; the coarsest is tried first.
 _ROUND_US = (1_000_000, 500_000, 100_000, 10_000, 1_000)
 
 _Item = TypeVar("_Item")
@@ -52,8 +52,9 @@ def shrink(
         return False
 
     # First storms at the end are removed, because the failure ends the run. Then storms before
-    # the last are removed. At last each storm loses actions, becomes shorter, and gets round
-    # times. `fails` updates `best` whenever a shorter run fails with the same kind.
+    # the last are removed. Finally actions are removed from each storm, its duration is reduced,
+    # and its times are rounded. `fails` updates `best` whenever a shorter run fails with the same
+    # kind.
     for count in range(len(best)):
         if fails(storms[:count]):
             break
@@ -84,7 +85,7 @@ def _with(storms: Sequence[Storm], number: int, one: Storm) -> list[Storm]:
 
 
 def thin_out(items: Sequence[_Item], fails: Callable[[list[_Item]], bool]) -> list[_Item]:
-    """Remove items in ever smaller pieces as long as the remaining items fail."""
+    """Remove items in smaller and smaller groups as long as the remaining items fail."""
     left = list(items)
     piece = max(1, len(left) // 2)
     while True:

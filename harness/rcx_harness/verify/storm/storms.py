@@ -1,4 +1,4 @@
-"""Storms of faults and uses on a cell, each followed by a recovery."""
+"""Storms: faults and actions of the operator on a cell, each followed by a recovery."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class StormRun(ABC):
         self._judged = 0
         self._dropped: set[int] = set()
         self._ever: list[Entry] = []
-        """All actions ever planned, saved because `_dropped` refers to their ids."""
+        """All planned actions, saved because `_dropped` contains their ids."""
 
     def begin(self) -> None:
         """Start the cell."""
@@ -78,7 +78,7 @@ class StormRun(ABC):
         """Execute the recovery, so that the cell works again."""
 
     def weathered(self) -> None:  # noqa: B027 - a run may have nothing to do then
-        """Do something after a storm when the cell works again; default: nothing."""
+        """Do something after a recovery, when the cell works again; default: nothing."""
 
     def of(self, storms: Sequence[Storm]) -> None:
         """Run several storms in sequence."""
@@ -145,7 +145,7 @@ class StormRun(ABC):
     def check(self) -> None:
         """Raise the earliest failure that was found.
 
-        Failures of other kinds than the wanted kind are saved in `failures`.
+        Failures of other kinds than the wanted kind are added to `failures`.
         """
         new = self.cell.violations[self._judged :]
         self._judged += len(new)

@@ -1,4 +1,4 @@
-"""Injects every fault at every moment of a good run, and finds those without recovery."""
+"""Sweeps: every fault at every moment of a good run, and the moments without a recovery."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _ONCE = ("power_cycle", "alarm", "plc_overrun", "program_end")
 
 @dataclass(frozen=True)
 class Inject:
-    """An injection: an event at a controller, or values of inputs, for a time."""
+    """An injection: an event at a controller, or values of inputs for a time."""
 
     name: str
     event: str = ""
@@ -59,14 +59,14 @@ class Moments(NamedTuple):
 
 
 class Shown(NamedTuple):
-    """A failing moment and its kind of failure, for which the shortest run is wanted."""
+    """The work item that looks for the shortest run of a failing moment."""
 
     inject: Inject
     scan: int
     kind: str
 
 
-#: For each failing scan the kinds of failures, each with a sentence.
+#: By failing scan: the kinds of failures, each with a sentence.
 Failing = dict[int, dict[str, str]]
 
 
@@ -106,7 +106,7 @@ def injects(names: Sequence[str], controllers: int, hold_us: int) -> list[Inject
             shown = f"{event}@{one}" if controllers > 1 else event
             found.append(Inject(shown, event, one, held_us=held_us))
     if len({one.name for one in found}) < len(found):
-        raise InputError("--inject names something twice")
+        raise InputError("--inject has a name twice")
     return found
 
 
@@ -147,7 +147,7 @@ class _Worker:
     def __init__(self, cells: Cells, seed: int) -> None:
         self._cells, self._seed = cells, seed
         self._good: Course | None = None
-        """The good run. None: its program has run another cell since."""
+        """The good run; None: its program has run another cell since then."""
         self._known: dict[int, object] = {}
 
     def do(self, item: Moments | Shown) -> Any:
@@ -220,7 +220,7 @@ def _go_to(course: Course, scan: int) -> None:
 
 
 def _fails(course: Course, inject: Inject) -> Failure | None:
-    """Inject something now, let it end, and execute the recovery; return a wanted failure."""
+    """Inject something now, wait for its end, execute the recovery, and return a wanted failure."""
     cell = course.cell
     try:
         course.plan(inject.at(cell.now_us))

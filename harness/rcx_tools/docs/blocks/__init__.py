@@ -1,4 +1,4 @@
-"""Generators of docs/reference/blocks: a page for each block, an example with its run, its chart.
+"""Generators of docs/reference/blocks: for each block its page, and an example with run and chart.
 
 The sources are the heads and pins in plc/lib, the tables in spec/, and
 docs/reference/blocks/snippets.toml.

@@ -69,12 +69,12 @@ class Snippet:
         events: Events beside the start, as tables of a stimulus file.
         stop: Time at which `Start` becomes FALSE again, as text; empty: never.
         size: Bytes of the areas.
-        frame: Inputs of FB_ReadArea and FB_WriteArea that differ from the usual ones.
+        frame: Inputs of FB_ReadArea and FB_WriteArea that differ from the defaults.
         show: More lanes of the chart: `SI06`, `n+34.0 SI(20)`, `m+4 SOW(2)`, `Main.Connected`.
         lanes: All lanes of the chart, as in plc/examples/charts.toml; the chart is then true to
             scale. Empty: the pins and signals that change, with a column for each change.
         buttons: More push buttons than Start; the events set them.
-        last: Outputs are read at the end of the run, not when the block has ended.
+        last: Outputs are read at the end of the run instead of the end of the block.
         robot: Its robot file in programs/.
     """
 
@@ -153,7 +153,7 @@ def snippets(file: Path = _FILE) -> dict[str, Snippet]:
     for entry in table["block"]:
         for name in entry.pop("names", None) or [entry.pop("name", "")]:
             if name not in pous():
-                raise InputError(f"no block is called {name!r}", file=file)
+                raise InputError(f"there is no block {name!r}", file=file)
             named[name] = entry
     found = {}
     for name, pou in pous().items():

@@ -162,12 +162,12 @@ def tasks() -> dict[str, list[str]]:
 
 
 def _choices(name: str) -> Iterator[str]:
-    """Yield a table that says when to use a block and each similar block."""
+    """Yield a table with the use of a block and of each similar block."""
     rows: dict[str, str] = {}
     for choice in _alternatives():
         if name in choice:
             for other, text in ((name, choice[name]), *choice.items()):
-                rows.setdefault(other, text)  # the first choice says it in general
+                rows.setdefault(other, text)  # the first choice is the general description
     if not rows:
         return
     yield "\n## When to use it\n\n| Block | What it does |\n|---|---|"

@@ -24,7 +24,7 @@ __all__ = ["Run", "run_of", "run_snippet"]
 
 #: Time limit of a run, longer than the longest movement of the examples.
 _LONGEST_US = 20_000_000
-#: Run time of a block without an end from its start; of any other block after its end.
+#: Run time after the start of a block that does not end, and after the end of any other block.
 _AFTER_US = 300_000
 #: A chart that is true to scale begins this long before the start of the block.
 _BEFORE_US = 100_000
@@ -91,7 +91,7 @@ def run_snippet(snippet: Snippet, *, engine: str = "builtin") -> Run:
     """Run an example, as generated now, until its block has ended.
 
     Raises:
-        InputError: it does not end as its page says, or a rule is broken.
+        InputError: the block does not end as described on its page, or a rule is broken.
     """
     files = (snippet.path, snippet.stimulus_path)
     texts = (program(snippet), stimulus(snippet))

@@ -24,7 +24,7 @@ _MEMBER = re.compile(r"^    (\w+),?\s*\(\* (.*?) \*\)$", re.MULTILINE)
 _ARRAY = re.compile(r"ARRAY \[(-?\d+)\.\.(-?\d+)\] OF (\w+)")
 _UNIT = re.compile(r"(?:^|\s+)\[([^\]]+)\]")
 _POU = re.compile(r"\bF[BC]_\w+\b")
-_NOWHERE = re.compile(r" \(no section: [^()]*\)")
+_NOWHERE = re.compile(r" \(not in the manual[^()]*\)")
 _WHERE = re.compile(r" \(((?:remote command )?(?:chapter|guide)[^()]*)\)")
 _ERROR = re.compile(r"WORD#16#(8(?!000)[0-9A-F]{3})\b")
 
@@ -40,7 +40,7 @@ _OWN = {0x8010} | _CALLED_WRONG
 _SEQUENCE, _REMOTE = _OWN | {0x8012}, {0x8011, 0x8012, 0x8015} | _CALLED_WRONG
 _ANSWER = re.compile(r"\bRobot\.Inner\.Answer := WORD#16#([0-9A-F]{4});")
 
-#: Beginnings of paragraphs of a head that the page shows differently.
+#: Beginnings of paragraphs of a head that the page does not show as text.
 _NOT_SAID = ("Generated from", "Tests:")
 
 #: VAR_IN_OUT, VAR_INPUT or VAR_OUTPUT.

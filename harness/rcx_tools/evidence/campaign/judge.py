@@ -85,11 +85,11 @@ class Judge:
 
     @property
     def busy(self) -> list[str]:
-        """Return the blocks that are at work."""
+        """Return the busy blocks."""
         return [one.name for one in self._blocks if one.busy]
 
     def take(self, record: Record) -> None:
-        """Take a record of the trace; judge it if it is a scan."""
+        """Receive a record of the trace, and check it if it is a scan."""
         if isinstance(record, Scan):
             self._scan(record)
 
@@ -127,7 +127,7 @@ class Judge:
         if code and not self._code:
             words = tuple(int.from_bytes(scan.si[k : k + 2], "little") for k in range(0, 32, 2))
             if words not in telegrams:
-                text = f"a telegram that nobody asked for goes out: {hexed(words)}"
+                text = f"a telegram is sent without a request: {hexed(words)}"
                 self._found("starts by itself", text)
         self._code = code
         bits = int.from_bytes(scan.si[32:34], "little")

@@ -89,7 +89,7 @@ def _run(job: _Job) -> _Result:
 
 
 def _explain(seed: int, options: Namespace, console: Console) -> None:
-    """Run a seed again, shorten its failure, and write trace, chart and acts."""
+    """Run a seed again, shorten its failure, and write trace, chart and events."""
     program = _compiled(options.engine, options.lib)
     conditions, storms = draw_run(seed, options.storms)
 
@@ -122,16 +122,16 @@ def _explain(seed: int, options: Namespace, console: Console) -> None:
     lines = [str(found), f"{conditions.timing}", *acts]
     (folder / f"seed_{seed}.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
     console.print(f"seed {seed}: {found}")
-    console.print(f"  {len(acts)} acts are left; {trace} and .svg, .txt beside it")
+    console.print(f"  {len(acts)} events remain: {trace}, also as .svg and .txt")
 
 
 def _options(arguments: list[str] | None) -> Namespace:
     parser = ArgumentParser(prog="python -m rcx_tools.evidence.campaign", description=__doc__)
     parser.add_argument("--first", type=int, default=0, help="first seed")
-    parser.add_argument("--runs", type=int, default=RUNS, help="how many seeds")
+    parser.add_argument("--runs", type=int, default=RUNS, help="number of seeds")
     parser.add_argument("--storms", type=int, default=STORMS, help="storms in each run")
-    parser.add_argument("--seed", type=int, help="this one run only, explained where it fails")
-    parser.add_argument("--only-runs", action="store_true", help="without the broken blocks")
+    parser.add_argument("--seed", type=int, help="run only this seed; explain a failure")
+    parser.add_argument("--only-runs", action="store_true", help="do not try the seeded bugs")
     parser.add_argument("--engine", default="auto", help="auto, matiec or builtin")
     parser.add_argument("--lib", type=Path, help="folder of the library")
     parser.add_argument("--jobs", type=int, default=2, help="processes")

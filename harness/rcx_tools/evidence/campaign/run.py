@@ -22,10 +22,10 @@ __all__ = ["compiled", "run_storms"]
 
 _PROGRAM = Path(__file__).parent / "Campaign.st"
 
-#: Most time until the cell is at rest once all causes are gone [us]: the longest Timeout for each
-#: stage of FB_PowerUp that may still wait, and the queued commands.
+#: Longest time until the cell is at rest after all causes are gone [us]: the longest Timeout of
+# : each stage of FB_PowerUp that may still wait, and the queued commands.
 QUIET_US = 30_000_000
-#: Most time of the documented recovery [us].
+#: Longest time of the documented recovery [us].
 RECOVERY_US = 20_000_000
 #: Time after the cell has come to rest in which nothing may start by itself [us].
 _REST_US = 500_000
@@ -85,7 +85,7 @@ class _Run(StormRun):
             self._last = record
 
     def apply(self, act: Entry) -> None:
-        """Apply an act now; skip variables of a PLC without power."""
+        """Apply an event now; skip variables of a PLC without power."""
         self.outcome.take(act)
         if self.station.plc.runs or not act.values:
             super().apply(act)
@@ -173,7 +173,7 @@ class _Run(StormRun):
         self.wait(self._rests, QUIET_US, "not at rest", self._what_is_busy)
 
     def _stop_program(self) -> None:
-        """Stop a running program by the stop input; return-to-origin cannot run beside it."""
+        """Stop a running program by the stop input, because a return-to-origin needs it stopped."""
         station = self.station
         station["Main.StopOk"] = False
         self.wait(lambda: not self._on(1, 3), RECOVERY_US, "no recovery", lambda: "SO(13) stays ON")

@@ -69,8 +69,9 @@ def _draw_conditions(seed: int) -> Conditions:
 def _margin_us(timing: Timing, latest_us: int) -> int:
     """Return the required FB_WriteArea.Margin: it covers every packet that a connection survives.
 
-    An earlier packet came at most `latest_us` late, and the next one that arrives came before the
-    connection's time-out. The controller looks every 5 ms (docs/explanation/scan-model.md).
+    An earlier packet comes at most `latest_us` late, and the next packet arrives before the
+    time-out of the connection. The controller reads its inputs every 5 ms
+    (docs/explanation/scan-model.md).
     """
     return timing.timeout_us + latest_us + 10_000
 
@@ -162,7 +163,7 @@ _EVENTS = (
 
 
 class _Storm:
-    """Source of the acts of one storm; `number` counts the requests of a run."""
+    """Source of the events of one storm; `number` counts the requests of a run."""
 
     def __init__(self, conditions: Conditions, random: Random, number: int, length_us: int) -> None:
         self._conditions, self._random = conditions, random
@@ -191,7 +192,7 @@ class _Storm:
         yield _set(t_us + held_us, {f"Main.{block}.Execute": False})
 
     def _use(self, t_us: int) -> Iterator[Entry]:
-        """Yield acts with sequences, level blocks and general-purpose outputs."""
+        """Yield events with sequences, level blocks and general-purpose outputs."""
         random = self._random
         kind = random.randrange(8)
         if kind < 4:
@@ -268,7 +269,7 @@ def _event(t_us: int, name: str, **args: Any) -> Entry:
 
 
 def _draw_storm(conditions: Conditions, seed: int, number: int) -> Storm:
-    """Draw storm `number` of a run, with its acts in order of time."""
+    """Draw storm `number` of a run, with its events in order of time."""
     random = Random(f"storm {seed} {number}")
     length_us = random.randint(3_000, 15_000) * 1000
     pause_ms = random.choice((15, 40, 100, 250))

@@ -16,7 +16,7 @@ __all__ = ["SEEDED", "Found", "Seeded", "find"]
 
 @dataclass(frozen=True)
 class Seeded(Bug):
-    """A seeded bug, with the kinds of findings by which it may be found first."""
+    """A seeded bug, with the permitted kinds of its first finding."""
 
     kinds: tuple[str, ...]
 

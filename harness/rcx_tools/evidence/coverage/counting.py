@@ -16,8 +16,8 @@ __all__ = ["pytest_addoption", "pytest_configure"]
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the options for the sources to count and for the file of the counts."""
-    parser.addoption("--count-below", type=Path, help="folder of the sources that count")
-    parser.addoption("--counts", type=Path, help="file for what was counted")
+    parser.addoption("--count-below", type=Path, help="folder of the measured sources")
+    parser.addoption("--counts", type=Path, help="file for the counts")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -27,5 +27,5 @@ def pytest_configure(config: pytest.Config) -> None:
 
 class _Library(Gathering):
     def report(self, session: pytest.Session, parts: list[Part], lost: list[str]) -> None:
-        """Write the parts; those of dead workers are missing, but their tests have failed."""
+        """Write the counts. Those of a worker that has died are missing; its tests have failed."""
         session.config.getoption("counts").write_text(json.dumps(parts), encoding="utf-8")

@@ -21,7 +21,7 @@ FOLDERS = (
     *("chapters", "cell", "contract"),
     *("faults", "examples", "watch"),
 )
-#: Tests at the pace of the real clock; they execute nothing that the others do not.
+#: Tests in real time. They do not execute code that other tests leave out.
 _LEFT_OUT = ("tests/cell/test_live.py",)
 
 _COUNT = re.compile(r"(\d+) (passed|failed|errors?|skipped)")

@@ -54,7 +54,7 @@ class ModelAbstraction(Abstraction):
         tick_us: Time of one count of a timer.
         ticks: The longest time of any timer of the program, in ticks.
         free: Variables of the program itself that are written before each scan.
-        tables: The knowledge of the library.
+        tables: Facts about the library.
     """
 
     has_open_slots = False

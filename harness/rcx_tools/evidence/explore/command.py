@@ -43,7 +43,7 @@ Outcome = dict[str, Any]
 OUT = FOLDER
 EVERY_MODEL: dict[str, AnyModel] = {model.name: model for model in (*MODELS, *interlock.MODELS)}
 EVERY_BUG = (*SEEDED, *interlock.SEEDED)
-#: Inputs of an outcome beside the blocks: modules of the harness, with the grammar.
+#: Inputs of an outcome besides the blocks: modules of the harness, and the grammar.
 RULES = (
     *(f"structured_text/{name}" for name in ("engines", "explore", "language", "projects")),
     "rcx_harness/verify/explore/state_tables.py",
@@ -71,7 +71,7 @@ class Item:
 
 
 def items(models: Iterable[AnyModel]) -> list[Item]:
-    """Return all items, so that no long one comes last.
+    """Return all items, the long ones first.
 
     Models on one robot come first, beginning with the most choices.
     """

@@ -36,7 +36,7 @@ class Seen:
 
     Attributes:
         pins: Its outputs.
-        first: Response[1] of a command block; 0 of another.
+        first: Response[1] of a command block; 0 for another block.
         works: It is Busy, or stops.
     """
 
@@ -85,9 +85,9 @@ class Case(NamedTuple):
     block: Block
     up: bool
     started: bool
-    """It was asked to work in this scan."""
+    """It was started in this scan."""
     missed: bool
-    """It missed a call in some scan since then."""
+    """It was not called in some scan since then."""
     out: bool
     """The command of this start was on the wire; that of another start may still be."""
     was: Pins
@@ -119,7 +119,7 @@ def contract(case: Case) -> Iterator[str]:
         yield f"contract: {block.name}: no Busy in the call of the rising edge"
     elif now[:4] != ((False, False, False, 0) if not up else was[:4]):
         yield f"contract: {block.name}: {was} became {now} with Execute {up}"
-    # The response is taken in the scan in which the end status is seen (design 2).
+    # The response is read in the scan in which the end status is read (design 2).
     must_end = block.kind == "command" and case.out and case.link.status in ENDS
     if now.busy and was.busy and must_end and not case.missed:
         yield f"answer: {block.name} does not end with the status 0x{case.link.status:04X}"

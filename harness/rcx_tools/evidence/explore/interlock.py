@@ -1,4 +1,4 @@
-"""All states of FB_Interlock: three robots at one shared area; each may do anything.
+"""All states of FB_Interlock with three robots at one shared area and any behaviour of each.
 
 Before each scan up to `at_once` robots change one of their inputs: Enable, Outside, Acknowledge,
 whether link and servos are there, and whether the instance is called at all. There is no
@@ -6,8 +6,8 @@ controller. The program sets the values that the block reads of its Robot. `_Jud
 inputs and Valid, Busy and Error, never the internal variables of the block.
 
 A second check starts from every reachable state. A robot that keeps requesting must get the area
-once the others have left. The others leave by one input per scan, in the order of their numbers. If
-nobody is in its way any more, it gets the area within `_PROMPT` scans, whatever the others do then.
+once the others have left. The others leave by one input per scan, in the order of their numbers.
+When all others have left, it gets the area within `_PROMPT` scans with any behaviour of the others.
 
 A state leaves out the tickets' origin, gaps of more than one, the phase of the beat, and the number
 of the scan. To check that they have no effect, some scans are repeated with arbitrary values for
@@ -128,7 +128,7 @@ class _Choice(NamedTuple):
 
 @dataclass(frozen=True)
 class _State:
-    """Everything that matters later: the judge's seats, and the variables of the program."""
+    """All values with a later effect: the judge's seats, and the variables of the program."""
 
     seats: tuple[_Seat, ...]
     inner: tuple[Any, ...]
@@ -142,7 +142,7 @@ _KEPT = (
 
 
 class _World(World[_Choice]):
-    """The program, and the rules that it must keep."""
+    """The program, and the rules that it must obey."""
 
     def __init__(self, model: InterlockModel, library: Sequence[Path]) -> None:
         self._model = model
@@ -155,7 +155,7 @@ class _World(World[_Choice]):
         self._area = self._root.AREA
         inputs = ("GO", "OUT", "ACK", "READY", "CALLED")  # the first fields of a seat
         self._inputs = [[f"{name}{k}" for name in inputs] for k in robots]
-        self._judged = cache(_judged)  # many scans look the same from outside
+        self._judged = cache(_judged)  # many scans have the same inputs and outputs
         self.every = [_Choice(k, one) for k, one in enumerate(_changes(model))]
         self._states: dict[bytes, _State] = {}
         seat = _Seat(out="out" not in model.moves, ready="ready" not in model.moves)
@@ -169,7 +169,7 @@ class _World(World[_Choice]):
         return self._pack(_State(self.start, self._freeze()))
 
     def choices(self, state: bytes) -> Sequence[_Choice]:
-        """Return all choices; in the first scan, all instances are called."""
+        """Return all choices. In the first scan all instances are called."""
         if self._states[state].seats == self.start:
             return [one for one in self.every if all(name != "called" for _, name in one.changes)]
         return self.every
@@ -202,13 +202,13 @@ class _World(World[_Choice]):
             wait.follow(number, choice, following)
 
     def look(self, result: Result, states: Paths) -> None:
-        """Search for a robot that is never let in."""
+        """Search for a robot that never gets the area."""
         for wait in self._waits:
             title = f"robot {wait.robot + 1} keeps asking, the others leave"
             bound, stuck, _ = longest(wait.nexts, wait.ends)
             result.bounds[title] = bound
             if stuck >= 0 and result.broken is None:
-                text = f"hang: never let in: {title}"
+                text = f"hang: never gets the area: {title}"
                 result.broken = Broken((text,), states.path(stuck), wait.robot)
 
     def _scan(
@@ -312,8 +312,8 @@ def leaving(seats: Sequence[_Seat], alone: int) -> _Changes:
 def _closer(numbers: Sequence[int], held: Sequence[int]) -> list[int]:
     """Return the numbers from 0 on, in the same order with the same neighbours, without gaps.
 
-    Numbers are signed, as tickets compare. A distance of one is kept only behind a ticket that is
-    `held`, because the turn advances by one only from there.
+    Numbers are signed, as in the comparison of tickets. A distance of one stays only behind a
+    ticket that is `held`, because the turn advances by one only from such a ticket.
     """
     signed = {one: (one + _WIDE // 2) % _WIDE - _WIDE // 2 for one in numbers}
     owned = {signed[one] for one in held}
@@ -372,7 +372,7 @@ def _judged(
         if valid and not (was.had or was.in_the_way):
             others = [one.queue for one in (*after, *before[k + 1 :]) if one.queue]
             if any(one < (was.queue or last + 1) for one in others):
-                broken.append(f"turn: robot {k + 1} is let in before one that came first")
+                broken.append(f"turn: robot {k + 1} gets the area before a robot that came first")
         known = {"was_ready": seat.ready, "was_ack": seat.ack, "valid": valid, "had": had}
         way = {"kept": kept, "in_the_way": not (seat.out and was.met) or kept, "met": True}
         failed = seat.go and (was.failed or bool(number))
@@ -386,7 +386,7 @@ def _judged(
         free = seat.free + 1 if waits else 0
         after[k] = seat._replace(queue=ranks.get(seat.queue, 0), free=free)
         if free > _PROMPT:
-            broken.append(f"wait: the area is free, but robot {k + 1} is not let in")
+            broken.append(f"wait: the area is free, but robot {k + 1} does not get it")
     return tuple(after), tuple(broken)
 
 
@@ -400,21 +400,21 @@ def _contract(k: int, was: _Seat, seat: _Seat, shown: tuple[bool, bool, int]) ->
     if valid and not seat.ready:
         broken.append(f"loss: {name} has the area without link or servos")
     if was.go and was.failed and (valid or busy):
-        broken.append(f"restart: {name} asks again by itself after an error")
+        broken.append(f"restart: {name} requests again by itself after an error")
     if valid and (was.kept and not (seat.ack and not was.was_ack)):
-        broken.append(f"kept: {name} goes on without Acknowledge")
+        broken.append(f"kept: {name} continues without Acknowledge")
     return broken
 
 
 def _safety(before: Sequence[_Seat], after: Sequence[_Seat]) -> Iterator[str]:
-    """Yield violations of mutual exclusion: two owners, or an owner beside a robot in the way."""
+    """Yield violations of mutual exclusion: an owner while another robot owns or may be inside."""
     for k, seat in enumerate(after):
         if not (seat.valid and seat.called):
             continue
         for j, other in enumerate(after):
             came = j > k and other.in_the_way and not (before[j].in_the_way or before[j].had)
             if j != k and (other.valid or ((other.in_the_way or other.had) and not came)):
-                yield f"safety: robot {k + 1} may go in, robot {j + 1} is or may be there"
+                yield f"safety: robot {k + 1} may enter, but robot {j + 1} is or may be there"
 
 
 def _program(model: InterlockModel) -> str:

@@ -105,7 +105,7 @@ class Quiet(NamedTuple):
         title: Description in words.
         does: Treatment of each block: DOWN or SKIPPED.
         situation: The label of the situation that is read, by the values on the wire.
-        idle_blocks: It ends when no block is busy; else when the channels are free, too.
+        idle_blocks: TRUE: it ends when no block is busy. FALSE: the channels must be free as well.
         most: Most scans until it has ended; 0 = any number.
     """
 

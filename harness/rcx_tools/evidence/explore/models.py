@@ -12,7 +12,7 @@ __all__ = ["MODELS"]
 _CPU, _EMERGENCY, _ALARM, _MP_RDY, _AUTO = 0x0002, 0x0001, 0x0008, 0x0010, 0x0100
 _STATUS = {0x0000: "ready", 0x0100: "running", 0x0200: "end", 0x4000: "abnormal"}
 
-#: Any status at any time, with and without CPU_OK, and a lost link: more than any controller does.
+#: Any status at any time, with and without CPU_OK, and a lost link: a real controller does less.
 _ANY_STATUS = (
     *(Situation(label, status=status, so=_CPU) for status, label in _STATUS.items()),
     Situation("ready, CPU_OK off"),

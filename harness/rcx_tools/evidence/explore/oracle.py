@@ -246,7 +246,7 @@ class Oracle:
         if do == SKIPPED:
             flags |= _MISSED if old.busy else 0
         else:
-            # Asked to work: by an edge after the last loss of the link.
+            # A block has a request if its edge came after the last loss of the link.
             if not link.connected or (block.code and not link.cpu_ok):
                 flags &= ~_ASKED
             if edge and (block.is_level or not old.busy):
@@ -312,8 +312,8 @@ class Oracle:
             new: The index of the words that are there now.
             link: The values read.
             flags: The flags of the memory.
-            clear: How long the link and CPU_OK have been there.
-            asked: Whether the block of the present code was asked to work.
+            clear: Time since link and CPU_OK are ON.
+            asked: Whether the block of the present code has a request.
 
         Returns:
             The new `clear` and `flags`, whether that block's code has gone out, and broken rules.
@@ -360,7 +360,7 @@ class Oracle:
         if clear < self.interval:
             yield f"recovered: the code {code:04X} went out too soon after the recovery"
         if not asked:
-            yield f"unasked: the code {code:04X} went out, but nobody asked for it"
+            yield f"unasked: the code {code:04X} was sent without a request"
             return
         if self.blocks[self.by_code[code]].kind == "jog" and not was.bits & _SI06:
             yield "jog: a jog went out while SI(06) was OFF"
@@ -384,7 +384,7 @@ class Oracle:
             since: Time since their last change.
             link: The values read.
             allowed: EmergencyStopOk and StopOk.
-            starts: Whether each block was asked to work, and works; only used if an input went ON.
+            starts: Whether each block has a request and is busy; only used if an input went ON.
 
         Returns:
             The new `since`, and the broken rules.
@@ -414,7 +414,7 @@ class Oracle:
         while rises >> bit:
             mine = zip(self.blocks, starts, strict=True)
             if rises >> bit & 1 and not any(bit in block.bits and it for block, it in mine):
-                broken.append(f"unasked: SI bit {bit} went ON, but nobody asked for it")
+                broken.append(f"unasked: SI bit {bit} went ON without a request")
             bit += 1
         return since, tuple(broken)
 

@@ -1,1 +1,1 @@
-"""Mutants of this library, and of the parts that judge it."""
+"""Mutants of this library, and of the parts that check it."""

@@ -16,7 +16,7 @@ class Baseline:
     Attributes:
         ran: The POUs that each test has run, in the order of the tests.
         seconds: Processor time of each test.
-        failed: Tests that fail with the original; they judge nothing.
+        failed: Tests that fail with the original, so they cannot kill a mutant.
         builders: Tests that were the first to build a program; together they compile all.
         states: Hash of each file of tests, by its path.
         exhaustive: Tests that `make test` leaves out.

@@ -1,4 +1,4 @@
-"""Mutants of the parts that judge the library: virtual controller, monitors, engine, tables.
+"""Mutants of the parts that check the library: virtual controller, monitors, engine, tables.
 
 Each mutant runs in a throw-away copy of the repository. It is judged by tests that have run its
 function: some of each file, those with words of the changed line in their names, those that run
@@ -141,7 +141,7 @@ class HarnessRun:
             files.update(*(self._tests(bug.tests) for bug in found_bugs))
             baseline = self._baseline(copies, files)
             for node in baseline.failed:
-                told = f"fails with the original, judges nothing: {node}"
+                told = f"fails with the original, is not used: {node}"
                 self._judging.console.print(told, markup=False)
             found = {one.name: self._kind(copies, one, baseline) for one in kinds}
             if found_bugs:
@@ -174,7 +174,7 @@ class HarnessRun:
         return {one.relative_to(self._root).as_posix() for one in files if one.is_file()}
 
     def _baseline(self, copies: Copies, files: Collection[str]) -> Baseline:
-        """Return which tests run which functions; only changed tests are run again."""
+        """Return the functions that each test runs; only changed tests are run again."""
         sources = [self._root / name for name in (_PACKAGE, "spec", "plc", "tests/support")]
         every = [one for folder in sources for one in folder.rglob("*") if self._matters(one)]
         state = digest(self._root, every)

@@ -75,7 +75,7 @@ class LibraryRun:
         """Do everything that needs the collected tests."""
         baseline = self._baseline()
         for node in baseline.failed:
-            self._console.print(f"fails with the original, judges nothing: {node}", markup=False)
+            self._console.print(f"fails with the original, is not used: {node}", markup=False)
         naming = naming_tests(self._root)
         named = {one: (*named_tests(one), *naming.get(one.stem, ())) for one in self._library}
         judges = Judges(
@@ -117,7 +117,7 @@ class LibraryRun:
     # --- the original ---
 
     def _baseline(self) -> Baseline:
-        """Return which tests run which POUs; only changed tests are run again."""
+        """Return the POUs that each test runs; only changed tests are run again."""
         tests, examples = self._root / "tests", self._root / "plc" / "examples"
         around = [*tests.rglob("*.st"), *tests.rglob("conftest.py"), *examples.rglob("*.st")]
         library = digest(self._root, [*self._library, *around])

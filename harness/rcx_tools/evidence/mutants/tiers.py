@@ -38,7 +38,7 @@ def quick_tier(judged: Sequence[Judged], exhaustive: Collection[str]) -> dict[st
 
 
 def print_quick_tier(console: Console, kind: str, found: Mapping[str, Any]) -> None:
-    """Print the score of the quick tier beside that of all tests, and the kills it misses."""
+    """Print the scores of the quick tier and of all tests, and the kills of all tests only."""
     tier = found["quick"]
     score = 100.0 * tier["killed"] / found["mutants"] if found["mutants"] else 100.0
     console.print(

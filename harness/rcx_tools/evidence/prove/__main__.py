@@ -35,7 +35,9 @@ _OUT = ROOT / "out"
 def _arguments(arguments: list[str] | None) -> Namespace:
     parser = ArgumentParser(prog="python -m rcx_tools.evidence.prove", description=__doc__)
     parser.add_argument("properties", nargs="*", help="names of properties (default: all)")
-    parser.add_argument("--bug", action="append", default=[], help="only this seeded bug, and more")
+    parser.add_argument(
+        "--bug", action="append", default=[], help="name of a seeded bug to try; may be repeated"
+    )
     parser.add_argument("--lib", help="another copy of plc/lib; without the seeded bugs")
     parser.add_argument("--limit", type=_positive, default=60.0, help="seconds for each goal")
     workers = "processes at a time; 0: none but this"
@@ -131,7 +133,7 @@ def _prove(options: Namespace, console: Console) -> int:
     if own and options.out == _OUT:
         write_result("prove", told, met=good)
     if options.lib:
-        console.print("Seeded bugs and agreement are tried on the library of this project only.")
+        console.print("Seeded bugs and agreement are only for the library of this project.")
     return 0 if good else 1
 
 

@@ -90,7 +90,7 @@ class Call:
         return Held(busy, term("JOB", "TROUBLE"), term("JOB", "HOLDER"), data)
 
     def between(self, memory: Mapping[Path, Value], unused: Iterable[int]) -> Any:
-        """Return the invariant between two calls, beside the goals about the held command."""
+        """Return the invariant between two calls, without the goals about the held command."""
         held = self._held(memory)
         rules = [z3.Implies(self.machine.term((*BLOCK, "JOB", "ACTIVE"), memory), held.busy)]
         rules += [held.data[k] == 0 for k in unused]

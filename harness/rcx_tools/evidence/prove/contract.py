@@ -42,7 +42,7 @@ __all__ = ["PROPERTIES", "kind_of"]
 _SHARED = ("WORD", "WORDINWORDS")
 #: Their errors end with the cause, not with Enable.
 _PASSING = ("FB_AUTOMODE", "FB_STATUS")
-#: Blocks without an Error pin whose outputs depend on their pins alone.
+#: Blocks without an Error pin; their outputs depend only on their pins.
 _TEXTS = ("FB_ALARMTEXT", "FB_ERRORTEXT", "FB_ENTRYTEXT", "FB_DEDICATEDBITS", "FB_RCXSTAGETEXT")
 #: Their outputs depend on arithmetic. A proof takes any result of it, so a second instance may give
 #: another result.
@@ -92,14 +92,14 @@ def _edge(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
             z3.And(now.bit("ACTIVE"), block != COLLECTS), now["BUSY"]
         ),
         "a rising edge gives Busy in its call": z3.Implies(z3.And(edge, placed), now["BUSY"]),
-        "out of place a block that begins or is at work ends with an error of its own": z3.Implies(
+        "out of place a block that starts or is busy ends with an error": z3.Implies(
             z3.And(z3.Not(placed), z3.Or(edge, was["BUSY"])), refused
         ),
         "Busy ends in Done or Error": z3.Implies(was["BUSY"], now.shown),
-        "an end stays while Execute does": z3.Implies(
+        "an end stays while Execute is TRUE": z3.Implies(
             z3.And(quiet, execute), z3.And(now.same(was, ends), z3.Not(now["BUSY"]), now.shown)
         ),
-        "without Execute the end is gone in the next call": z3.Implies(
+        "without Execute the end disappears in the next call": z3.Implies(
             z3.And(quiet, z3.Not(execute)), z3.Not(now.shown)
         ),
     }
@@ -112,16 +112,16 @@ def _level(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
     claims = {
         "at most one of Valid, Busy, Error": exclusive(now, ("VALID", "BUSY", "ERROR")),
         "Error exactly with ErrorID": now["ERROR"] == (now["ERRORID"] != 0),
-        "one of them exactly while Enable is TRUE": shown == enable,
+        "one of them is TRUE exactly while Enable is TRUE": shown == enable,
     }
     if block not in _PASSING:
-        claims["Error stays until Enable falls"] = z3.Implies(
+        claims["Error stays until Enable is FALSE"] = z3.Implies(
             z3.And(enable, was["ERROR"]), now["ERROR"]
         )
     if block not in _LOOKING:
-        # A jog that has ended by itself keeps showing that.
+        # A jog that has ended by itself continues to show this end.
         ended = z3.And(now["VALID"], now.bit("LOCKED"))
-        claims["out of place it is an error"] = z3.Implies(
+        claims["out of place Error is TRUE"] = z3.Implies(
             z3.And(z3.Not(_placed(was)), enable), z3.Or(now["ERROR"], ended)
         )
     return claims
@@ -140,7 +140,7 @@ def _error(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
 
 def _reader(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
     claims = _error(block, was, now, saw)
-    claims["not Valid and Error together"] = z3.Not(z3.And(now["VALID"], now["ERROR"]))
+    claims["Valid and Error are never both TRUE"] = z3.Not(z3.And(now["VALID"], now["ERROR"]))
     if not block.endswith(_SHARED):
         claims["Valid or Error"] = z3.Or(now["VALID"], now["ERROR"])
     return claims
@@ -184,7 +184,7 @@ def _data(library: Library, block: str, step: Step, was: View, now: View) -> dic
         cleared.append(_equal(machine, path, value, initial[path]))
     words = ((pin, (*ROBOT, "RESPONSE", place)) for place, pin in enumerate(_ALARM))
     claims = {
-        "the alarm is that of the response": z3.Implies(
+        "the alarm is the alarm of the response": z3.Implies(
             z3.And(ended, now["ERRORID"] == ABNORMAL),
             z3.And([now[pin] == machine.term(word, step.before) for pin, word in words]),
         )
@@ -195,10 +195,12 @@ def _data(library: Library, block: str, step: Step, was: View, now: View) -> dic
     if block == "FB_REMOTECOMMAND":
         without = z3.And(without, now["ERRORID"] != ABNORMAL)
     return claims | {
-        "what the last command brought stays until the end": z3.Implies(
+        "the results of the last command stay until the end": z3.Implies(
             z3.Not(ended), z3.And(kept)
         ),
-        "an end without an answer clears it": z3.Implies(z3.And(ended, without), z3.And(cleared)),
+        "an end without an answer clears the results": z3.Implies(
+            z3.And(ended, without), z3.And(cleared)
+        ),
     }
 
 
@@ -217,7 +219,9 @@ def _memoryless(library: Library, block: str, step: Step) -> Goal:
         for path in [(*BLOCK, symbol.name.upper(), *leaf.suffix)]
     ]
     claim = without_floats(both(*[truth(one) for one in same]))
-    return Goal(f"{block}: nothing of an earlier call shows", tuple(machine.assumptions), claim)
+    return Goal(
+        f"{block}: the outputs do not depend on earlier calls", tuple(machine.assumptions), claim
+    )
 
 
 def _empty(library: Library, block: str, step: Step, now: View) -> dict[str, Any]:
@@ -245,7 +249,7 @@ def _goals(library: Library, block: str) -> Iterator[Goal]:
     if kind in ("edge", "level") or (kind and (*BLOCK, "JOB", "BUSY") in step.before):
         before, after = invariant(library, block, step, saw)
         given = (*given, *before)
-        yield Goal(f"{block}: what holds between the calls is kept", given, z3.And(after))
+        yield Goal(f"{block}: the invariant between the calls holds again", given, z3.And(after))
     if kind:
         claims = _CLAIMS[kind](block, was, now, saw) | alarms(now)
     if kind == "reader":
@@ -260,7 +264,7 @@ def _goals(library: Library, block: str) -> Iterator[Goal]:
         yield Goal(f"{block}: {'; '.join(claims)}", given, claim, show)
     if block == _TAKER:
         taken = z3.Or(now["AGAIN"], linked(machine, now.memory))
-        yield Goal(f"{block}: says what the answer is", tuple(machine.assumptions), taken)
+        yield Goal(f"{block}: the type of the answer", tuple(machine.assumptions), taken)
     if kind == "edge" and "ALARMGROUP" in now and block not in (*CARRIERS, COLLECTS):  # `response`
         data = _data(library, block, step, was, now)
         claim = without_floats(z3.And(list(data.values())))
@@ -285,14 +289,15 @@ def _uses_robot(library: Library, block: str) -> bool:
 PROPERTIES = (
     Property(
         "contract",
-        "Every block keeps the contract of its pins in every call: at most one of Busy, Done and"
-        " Error (or Valid, Busy and Error), Error exactly with ErrorID, Active only with Busy; an"
-        " edge of Execute gives Busy in its call (out of place: an error) and an end after it,"
-        " which stays while Execute does and goes after it; what the last command brought is"
-        " shown until the next one ends, and cleared by an end without an answer; not so of"
-        " blocks that send several, whose outputs show how far they are. That nothing of an"
-        " earlier call shows is not asked of FB_ScaraForward and FB_ScaraInverse: a proof takes"
-        " any result of their arithmetic.",
+        "Every block keeps the contract of its pins in every call. At most one of Busy, Done and "
+        "Error (or Valid, Busy and Error) is TRUE. Error is TRUE exactly with an ErrorID, and "
+        "Active only with Busy. An edge of Execute gives Busy in its call (out of place: an "
+        "error), and later an end. The end stays while Execute is TRUE, and disappears after "
+        "that. The results of the last command are shown until the next command ends; an end "
+        "without an answer clears them. Blocks that send several commands are an exception: their "
+        "outputs show their progress. The outputs of a block without memory do not depend on "
+        "earlier calls; FB_ScaraForward and FB_ScaraInverse are left out of this claim, because a "
+        "proof takes any result of their arithmetic.",
         "docs/reference/blocks.md",
         ("inner", "area"),
         _goals,

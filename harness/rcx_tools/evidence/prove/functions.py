@@ -74,7 +74,7 @@ class _Cut(Machine):
         found = {}
         for node in nodes:
             if not isinstance(node, t.Assign) or not isinstance(node.target, t.Use):
-                raise UnsupportedError("a loop that does more than assign")
+                raise UnsupportedError("a loop with other statements than assignments")
             ((_, path),) = self.expressions.places(node.target)
             found[node.target.symbol.name] = path
         return found
@@ -109,7 +109,7 @@ class _Cut(Machine):
 
     def _loop(self, node: t.For | t.While | t.Repeat) -> Any:
         if not isinstance(node, t.While):
-            raise UnsupportedError("a loop that is no WHILE")
+            raise UnsupportedError("a loop other than WHILE")
         loop, told = next(self._loops), f"the loop of line {node.at.line}"
         variables = self._variables(node.body)
         # 1. The invariant holds before the first round. 2. All assigned variables become arbitrary,
@@ -216,8 +216,8 @@ def _milliseconds(library: Library) -> Iterator[Goal]:
     below = value < LONGEST_MS * _MS
     facts = {
         "nothing is lost": z3.If(below, value == rest + count * _MS, longest),
-        "the rest is short": z3.And(rest < _MS, rest >= -(1 << 63)),
-        "below 0 nothing is counted": z3.If(value < 0, count == 0, rest >= 0),
+        "the rest is below one millisecond": z3.And(rest < _MS, rest >= -(1 << 63)),
+        "below 0 the count stays 0": z3.If(value < 0, count == 0, rest >= 0),
         "the count fits": z3.And(count >= 0, count < LONGEST_MS + 3_700_000),
     }
     for name, fact in facts.items():
@@ -349,7 +349,7 @@ def _bits_real(library: Library) -> Iterator[Goal]:
     largest = z3.If(size == _INFINITE, _INFINITE - 1 | sign, z3.BitVecVal(0, 32))
     claims = {
         "of a pattern of a number": (z3.ULT(size, _INFINITE), bits_of(pattern)),
-        "of infinity, and of no number": (z3.UGE(size, _INFINITE), largest),
+        "of infinity and NaN": (z3.UGE(size, _INFINITE), largest),
     }
     for name, (among, claim) in claims.items():
         yield Goal(
@@ -394,11 +394,11 @@ _PARTS: dict[str, Callable[[Library], Iterator[Goal]]] = {
 PROPERTIES = (
     Property(
         "functions",
-        "FC_RcxMilliseconds gives the nearest number of milliseconds for every TIME, 0 below 0 and"
-        " 20 days from there on; FC_RcxRealBits the IEEE 754 pattern of every REAL that is a number"
-        " (of -0.0 that of 0.0); FC_RcxBitsReal the REAL of every pattern of a number, the largest"
-        " of its sign for infinity, 0.0 for what is no number; FB_RcxFirstRow a row"
-        " in use, or a refusal.",
+        "FC_RcxMilliseconds returns the nearest number of milliseconds for every TIME: 0 below 0, "
+        "and 20 days from 20 days on. FC_RcxRealBits returns the IEEE 754 pattern of every REAL "
+        "that is a number (for -0.0 the pattern of 0.0). FC_RcxBitsReal returns the REAL of every "
+        "pattern: for infinity the largest REAL with the same sign, for NaN 0.0. FB_RcxFirstRow "
+        "returns a row in use, or an error.",
         "docs/reference/blocks/functions.md",
         ("table",),
         lambda library, part: _PARTS[part](library),

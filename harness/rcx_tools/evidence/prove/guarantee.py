@@ -154,7 +154,7 @@ def _releases(step: Step, name: str) -> Iterator[Goal]:
         place = _POWER_UPS[name]
         at_work = _servo_started(step.machine, step.before, place)
         yield Goal(
-            f"{name}: what it says of the block inside is kept",
+            f"{name}: its invariant about the inner block holds again",
             (*assumed, at_work),
             _servo_started(step.machine, step.machine.snapshot(), place),
         )
@@ -221,7 +221,7 @@ def _goals(library: Library, part: str) -> Iterator[Goal]:
     machine, after = step.machine, step.machine.snapshot()
     if part in READERS:
         claim = reading(machine, step.before, after)
-        yield Goal(f"{part}: only what it has read", tuple(machine.assumptions), claim)
+        yield Goal(f"{part}: it changes only what it has read", tuple(machine.assumptions), claim)
         return
     claim = guarantee(machine, step.before, after, REQUESTS.get(part, 0))
     yield Goal(f"{part}: one call", tuple(machine.assumptions), claim)
@@ -231,10 +231,10 @@ def _goals(library: Library, part: str) -> Iterator[Goal]:
 PROPERTIES = (
     Property(
         "guarantee",
-        "No block changes what FB_ReadArea and FB_WriteArea own, touches a"
-        " command that is out, requests an input that is not its own, or ends a hold of another"
-        " block (FB_Operator that of its own Stop, at its key Reset or Start); any number of"
-        " calls in any order neither.",
+        "No block changes the fields that FB_ReadArea and FB_WriteArea own, changes a command "
+        "that is being sent, requests an input of another block, or ends a hold of another block. "
+        "FB_Operator ends the hold of its own Stop, at its key Reset or Start. The same holds for "
+        "any number of calls in any order.",
         "chapter 5, 1 and 3; guide chapter 2",
         ("inner", "calls"),
         _goals,

@@ -105,7 +105,7 @@ def _write_area(library: Library, name: str) -> Iterator[Goal]:
     """
     start = at_the_start(library, name)
     claim = z3.And(*_holds(start, None, z3.BoolVal(False)))
-    yield Goal(f"{name}: it holds at the start", tuple(start.assumptions), claim)
+    yield Goal(f"{name}: the invariant holds at the start", tuple(start.assumptions), claim)
     step = library.step(name)
     machine = step.machine
     answered = z3.Bool("answered")
@@ -125,7 +125,7 @@ def _write_area(library: Library, name: str) -> Iterator[Goal]:
         show,
     )
     yield Goal(
-        f"{name}: a code goes out at the ready status only",
+        f"{name}: a code is sent at the ready status only",
         assumed,
         z3.Implies(goes, z3.And(status == READY, up)),
         show,
@@ -148,7 +148,7 @@ def _write_area(library: Library, name: str) -> Iterator[Goal]:
     )
     over = z3.And(accepted(step), out, z3.Or(ended, z3.Not(up), fell))
     yield Goal(
-        f"{name}: an end, a loss or a status that fell back ends it at once",
+        f"{name}: an end, a loss or a status that falls back ends the command at once",
         (*assumed, z3.Implies(fell, step.was((*INNER, "RUNNING")))),
         z3.Implies(over, now == 0),
         show,
@@ -158,7 +158,9 @@ def _write_area(library: Library, name: str) -> Iterator[Goal]:
     for number, claim in enumerate(_holds(machine, None, since), 1):
         more = z3.Implies(accepted(step), claim)
         other = z3.Implies(z3.Not(accepted(step)), z3.And(*_holds(machine, None, answered)))
-        yield Goal(f"{name}: what holds is kept ({number})", assumed, z3.And(more, other), show)
+        yield Goal(
+            f"{name}: the invariant holds again ({number})", assumed, z3.And(more, other), show
+        )
 
 
 def _read_area(library: Library, name: str) -> Iterator[Goal]:
@@ -179,10 +181,10 @@ def _read_area(library: Library, name: str) -> Iterator[Goal]:
         f"{name}: CPU_OK of this scan", assumed, step.now((*ROBOT, "SO", "SO01_CPUOK")) == ready
     )
     known = z3.Or(*[answer == told for told in _ANSWERS])
-    yield Goal(f"{name}: nothing else is answered", assumed, known)
+    yield Goal(f"{name}: there is no other answer", assumed, known)
     for end, told in _ENDS.items():
         claim = (answer == told) == z3.And(ready, status == end)
-        yield Goal(f"{name}: the end status 16#{end:04X} is told", assumed, claim)
+        yield Goal(f"{name}: the end status 16#{end:04X} is reported", assumed, claim)
 
 
 def _taken(library: Library, name: str) -> Iterator[Goal]:
@@ -346,9 +348,10 @@ def _responses(library: Library, part: str) -> Iterator[Goal]:
 PROPERTIES = (
     Property(
         "handshake",
-        "The data are on the wire one scan before the code, which goes out at the status 16#0000"
-        " only; both stay unchanged until 16#0200 or 16#4000, or until the link or CPU_OK is lost,"
-        " the status falls back, or a continuous output is ended; 16#0000 is between two codes.",
+        "The data are on the wire one scan before the code. The code is sent only at the status "
+        "16#0000. Both stay unchanged until 16#0200 or 16#4000, until the link or CPU_OK is lost, "
+        "until the status falls back, or until a continuous output is ended. Between two codes "
+        "16#0000 is sent.",
         "guide chapters 1 and 2, 4.7.4",
         ("inner", "calls", "area"),
         _goals,
@@ -357,11 +360,11 @@ PROPERTIES = (
     ),
     Property(
         "response",
-        "FB_ReadArea takes status and response of one scan together, and a command block takes its"
-        " response in the scan of the end status; FB_PointBackup and FB_PointRestore show a row and"
-        " an alarm of it in that scan, and FB_PickPlace the alarm of the command that ended in it"
-        " (not asked of blocks with Enable; nor is asked what numbers they and the rows make of the"
-        " response). FB_PickPlace is Active with Busy only.",
+        "FB_ReadArea reads status and response of the same scan, and a command block reads its "
+        "response in the scan of the end status. FB_PointBackup and FB_PointRestore show a row "
+        "and its alarm in that scan; FB_PickPlace shows the alarm of the command that ended in "
+        "it. The proof does not cover blocks with Enable, and not the numbers that the blocks "
+        "calculate from the response. FB_PickPlace is Active only while it is Busy.",
         "guide chapters 1 and 2",
         ("inner", "calls", "area"),
         _responses,

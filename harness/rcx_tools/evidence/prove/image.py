@@ -95,13 +95,13 @@ def _write_area(library: Library, name: str) -> Iterator[Goal]:
     there = z3.And(address >= 0, address < 512)
     show = {"address": address, "n": start}
     yield Goal(
-        f"{name}: no byte but n to n + 33",
+        f"{name}: no byte except n to n + 33",
         (*assumed, there, z3.Not(_inside(address, start, 34))),
         _unchanged(step, address),
         show,
     )
     yield Goal(
-        f"{name}: a second call, no byte but n + 32",
+        f"{name}: a second call, no byte except n + 32",
         (*assumed, there, z3.Not(accepted(step)), address != start + DEDICATED),
         _unchanged(step, address),
         show,
@@ -203,7 +203,7 @@ def _general_inputs(library: Library, name: str, facts: Any) -> Iterator[Goal]:
     written = z3.And(fine, exists, _inside(address, place, count))
     show = {"address": address, "n": offset(step.machine), "place": place}
     yield Goal(
-        f"{name}: no byte but its own",
+        f"{name}: no byte except its own",
         (*assumed, there, z3.Not(written)),
         _unchanged(step, address),
         show,
@@ -286,7 +286,7 @@ def _reserved(library: Library, part: str) -> Iterator[Goal]:
     applied, phase = step.now((*INNER, "APPLIED")), step.now((*INNER, "PHASE"))
     yield Goal(f"{part}: bytes n + 32, n + 33", assumed, _clean(machine))
     mask = z3.BitVecVal(~INPUTS & 0xFFFF, 16)
-    yield Goal(f"{part}: what goes out", assumed, applied & mask == 0)
+    yield Goal(f"{part}: the sent bytes", assumed, applied & mask == 0)
     idle = z3.And(phase != _COMMAND_DATA, phase != COMMAND_RUN)
     first = step.now((*_HEAD, "WORDS", 0))
     yield Goal(
@@ -299,8 +299,9 @@ def _reserved(library: Library, part: str) -> Iterator[Goal]:
 PROPERTIES = (
     Property(
         "bytes",
-        "FB_WriteArea writes bytes n to n+33 and no other, each with what belongs there; the blocks"
-        " for general-purpose inputs write their own bytes and no other; all other blocks none.",
+        "FB_WriteArea writes bytes n to n+33 with their correct values, and no other byte. The "
+        "blocks for general-purpose inputs write only their own bytes. All other blocks write no "
+        "byte.",
         "chapter 1, 4; chapter 3, 2.1; chapter 5, 1",
         ("area",),
         _bytes,
@@ -309,8 +310,8 @@ PROPERTIES = (
     ),
     Property(
         "reserved",
-        "No reserved bit of the dedicated inputs is ever ON, and SIW(0) and SIW(1) are 16#0000"
-        " while no command is out.",
+        "No reserved bit of the dedicated inputs is ever ON, and SIW(0) and SIW(1) are 16#0000 "
+        "while no command is being sent.",
         "chapter 1, 4; chapter 5, 1",
         ("inner", "calls", "area"),
         _reserved,

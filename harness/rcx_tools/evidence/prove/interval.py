@@ -91,7 +91,7 @@ def _base(library: Library, block: str) -> Iterator[Goal]:
     never = z3.BitVecVal(_NEVER, TIME_BITS)
     ghost = _Ghost(z3.BitVecVal(0, 16), z3.BitVecVal(-1, TIME_BITS), never)
     claim = z3.And(*_holds(machine, machine.snapshot(), ghost, z3.BitVecVal(0, TIME_BITS)))
-    yield Goal(f"{block}: it holds at the start", tuple(machine.assumptions), claim)
+    yield Goal(f"{block}: the invariant holds at the start", tuple(machine.assumptions), claim)
 
 
 def _goals(library: Library, block: str) -> Iterator[Goal]:
@@ -120,7 +120,9 @@ def _goals(library: Library, block: str) -> Iterator[Goal]:
     longest = milliseconds(0) + (1 << 65)
     sane = z3.And(spacing >= milliseconds(100), spacing <= longest)
     yield Goal(
-        f"{block}: the spacing is a time", tuple(machine.assumptions), z3.Implies(counts, sane)
+        f"{block}: the spacing is a valid TIME",
+        tuple(machine.assumptions),
+        z3.Implies(counts, sane),
     )
     assumed.append(z3.Implies(counts, sane))
 
@@ -146,8 +148,8 @@ def _goals(library: Library, block: str) -> Iterator[Goal]:
     )
     *simple, waited = _holds(machine, machine.snapshot(), later, now)
     for number, claim in enumerate(simple, 1):
-        yield Goal(f"{block}: what holds is kept ({number})", tuple(assumed), claim, show)
-    text = f"{block}: the interval has passed where the timer says so"
+        yield Goal(f"{block}: the invariant holds again ({number})", tuple(assumed), claim, show)
+    text = f"{block}: if the timer has expired, the interval has passed"
     yield from _by_phase(step, Goal(text, tuple(assumed), waited, show))
 
 
@@ -163,9 +165,9 @@ def _by_phase(step: Step, goal: Goal) -> Iterator[Goal]:
 PROPERTIES = (
     Property(
         "interval",
-        "Any two changes of dedicated inputs are at least max(100 ms, Interval) + max(0, Margin)"
-        " apart (8 days of each count), each alone in its scan; only a switch-off of SI(00) or"
-        " SI(06) goes out at once.",
+        "Two changes of dedicated inputs are at least max(100 ms, Interval) + max(0, Margin) "
+        "apart (each of the two counts up to 8 days), and each change is alone in its scan. Only "
+        "a switch-off of SI(00) or SI(06) is sent at once.",
         "chapter 5, 3",
         ("inner", "calls", "clock", "area"),
         _goals,

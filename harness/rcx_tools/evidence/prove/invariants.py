@@ -117,7 +117,7 @@ def _guesses(
                     view["BUSY"], view["SEEN"] == whole["SEEN"]
                 )
     if "EXECUTE" in whole:
-        guesses["an Execute that was seen is answered"] = z3.Implies(saw, whole.shown)
+        guesses["an Execute that was read is answered"] = z3.Implies(saw, whole.shown)
     if "ENABLE" in whole:
         guesses |= {
             f"{'.'.join(path)}: after its end an Error": z3.Implies(_over(view), whole["ERROR"])
@@ -264,7 +264,7 @@ def at_start(library: Library, block: str) -> tuple[Machine, Memory]:
 
 
 def invariant(library: Library, block: str, step: Step, saw: Any) -> tuple[list[Any], list[Any]]:
-    """Return the invariant before and after a call; it also holds at the start.
+    """Return the invariant before and after a call. It also holds at the start.
 
     Args:
         library: The library.
@@ -349,7 +349,9 @@ def call(
     before = machine.snapshot()
     machine.call_block(BLOCK, pou.block.name, in_outs)
     if any(machine[path] is not initial[path] for path in fixed):
-        raise UnsupportedError(f"{block} writes a variable in a way that was not seen")
+        raise UnsupportedError(
+            f"{block} writes a variable in a way that the analysis does not detect"
+        )
     return Step(machine, before, BLOCK)
 
 

@@ -159,7 +159,7 @@ def answers(job: Job, library: Library) -> Iterator[dict[str, Any]]:
             yield {"goal": goal.name, **asdict(answer)}
             _watch(job.limit_s)
     except KeyError as error:
-        yield _unknown(job, f"it is about {error}, which is not there")
+        yield _unknown(job, f"the goal needs {error}, which does not exist")
     except (UnsupportedError, z3.Z3Exception, MemoryError) as error:
         yield _unknown(job, str(error) or type(error).__name__)
     finally:

@@ -58,12 +58,12 @@ def _goals(library: Library, part: str) -> Iterator[Goal]:
             z3.Implies(z3.And(accepted(step), _on(after, bit)), may),
         )
         yield Goal(
-            f"{part}: a second call takes {name} away without its pin, and gives it never",
+            f"{part}: a second call switches {name} OFF without its pin, and never ON",
             assumed,
             z3.Implies(z3.And(again(step), _on(after, bit)), z3.And(wanted, _on(before, bit))),
         )
         yield Goal(
-            f"{part}: and {name} is held OFF then",
+            f"{part}: without its pin {name} is then held OFF",
             assumed,
             z3.Implies(z3.And(again(step), z3.Not(wanted)), step.now((*INNER, keep))),
         )
@@ -80,8 +80,8 @@ def _goals(library: Library, part: str) -> Iterator[Goal]:
 PROPERTIES = (
     Property(
         "stop-inputs",
-        "SI(00) and SI(06) are ON only with their pin and the link, and while nothing holds them;"
-        " any loss takes them away in the same scan.",
+        "SI(00) and SI(06) are ON only while their pin is TRUE, the link is up and no block holds "
+        "them OFF. If one of these conditions is lost, they go OFF in the same scan.",
         "chapter 5, 2 and 3",
         ("inner", "calls", "area"),
         _goals,

@@ -81,7 +81,7 @@ class Library:
         """
         sources = sorted(self.folder.rglob("*.st"))
         if not sources:
-            there = "holds no .st file" if self.folder.is_dir() else "is not a folder"
+            there = "contains no .st file" if self.folder.is_dir() else "is not a folder"
             raise InputError(f"{self.folder} {there}", hint="name a copy of plc/lib")
         return checked(sources, self._parsed)
 
@@ -104,7 +104,7 @@ class Library:
             more = f" and {len(lacking) - 1} more" if len(lacking) > 1 else ""
             raise InputError(
                 f"{self.folder} has no {lacking[0]}{more}",
-                hint="a copy of plc/lib has every block of it",
+                hint="a copy of plc/lib must contain all its blocks",
             )
 
     @property

@@ -68,7 +68,7 @@ RELEASES = {"HOLDEMERGENCY": "FB_SERVOONFROMEMERGENCYSTOP", "HOLDSTOP": "FB_PROG
 
 
 def law_of(path: Path) -> str:
-    """Return the rule for a scalar of RCX_REF, by its path in there.
+    """Return the rule for a scalar of RCX_REF, by its path in the structure.
 
     "free": any change; "rising": only set; "request": only set own inputs; "telegram": unchanged
     while a command is out; "kept": never changed.

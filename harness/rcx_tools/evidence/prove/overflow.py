@@ -275,7 +275,7 @@ def _parts(library: Library) -> list[str]:
     rows = wraps(WRAPS)
     for wrap in rows:
         if wrap.pou.upper() not in library.project.pous:
-            raise InputError(f"a row is about {wrap.pou}, which is not there", file=WRAPS)
+            raise InputError(f"a row is about {wrap.pou}, which does not exist", file=WRAPS)
     listed = {*_ALONE, *(wrap.pou.upper() for wrap in rows)}
     return [
         name
@@ -287,9 +287,9 @@ def _parts(library: Library) -> list[str]:
 PROPERTIES = (
     Property(
         "overflow",
-        "No integer arithmetic leaves its type, no narrower type loses bits, and no sum of TIME"
-        " leaves 32 bits of milliseconds, but where tests/tools/evidence/wraps.toml says that it"
-        " is meant.",
+        "No integer arithmetic exceeds its type, no conversion to a narrower type loses bits, and "
+        "no sum of TIME exceeds 32 bits of milliseconds. tests/tools/evidence/wraps.toml lists "
+        "the intended exceptions.",
         "docs/explanation/architecture.md",
         ("inner", "clock", "log", "real-bits"),
         _goals,

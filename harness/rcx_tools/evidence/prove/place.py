@@ -32,7 +32,7 @@ def _called(library: Library, name: str) -> Iterator[Goal]:
             claims.append(was == now)
         if path[2] in RELEASES and not was.eq(now):
             claims.append(z3.Implies(was, now))
-    yield Goal(f"{name}: it asks for nothing, and ends no hold", assumed, z3.And(claims))
+    yield Goal(f"{name}: it makes no request, and ends no hold", assumed, z3.And(claims))
 
 
 def _read_area(library: Library, name: str) -> Iterator[Goal]:
@@ -41,7 +41,7 @@ def _read_area(library: Library, name: str) -> Iterator[Goal]:
     first = z3.Not(step.was(_PLACED))
     none = z3.And(step.now((*INNER, "REQUEST")) == 0, z3.Not(step.now((*INNER, "CODEREQUEST"))))
     yield Goal(
-        f"{name}: what was asked for before is taken back",
+        f"{name}: earlier requests are withdrawn",
         tuple(step.machine.assumptions),
         z3.And(step.now(_PLACED), z3.Implies(first, none)),
     )
@@ -53,7 +53,7 @@ def _write_area(library: Library, name: str) -> Iterator[Goal]:
     assumed = tuple(step.machine.assumptions)
     yield Goal(f"{name}: it ends the scan", assumed, z3.Not(step.now(_PLACED)))
     yield Goal(
-        f"{name}: outside of a scan it puts nothing out",
+        f"{name}: outside of a scan it sends nothing",
         assumed,
         z3.Implies(z3.Not(step.was(_PLACED)), z3.Not(accepted(step))),
     )
@@ -71,9 +71,9 @@ def _goals(library: Library, part: str) -> Iterator[Goal]:
 PROPERTIES = (
     Property(
         "place",
-        "A block that is called before FB_ReadArea or behind FB_WriteArea asks for nothing, takes"
-        " no turn and ends no hold; what was asked for there by whomever does not go out. It can"
-        " take SI(00) and SI(06) away. That it ends with an error: `contract`.",
+        "A block that is called before FB_ReadArea or after FB_WriteArea makes no request, takes "
+        "no turn and ends no hold. A request that is made there is never sent. Such a block can "
+        "switch SI(00) and SI(06) OFF. Property `contract` proves that it ends with an error.",
         "docs/explanation/scan-model.md",
         ("inner",),
         _goals,

@@ -299,7 +299,11 @@ def _asks_of(was: Callable[..., Any], now: Callable[..., Any]) -> Any:
 
 def _jobs(library: Library, name: str) -> Iterator[Goal]:
     start = at_the_start(library, name)
-    yield Goal(f"{name}: it holds at the start", (), agrees(library, start, start.snapshot(), name))
+    yield Goal(
+        f"{name}: the invariant holds at the start",
+        (),
+        agrees(library, start, start.snapshot(), name),
+    )
     step = library.step(name, library.outline(name))
     machine, after = step.machine, step.machine.snapshot()
     assumed = (
@@ -311,15 +315,19 @@ def _jobs(library: Library, name: str) -> Iterator[Goal]:
     was, now = step.was((*BLOCK, "BUSY")), step.now((*BLOCK, "BUSY"))
     job = _job(name)
     execute, seen = step.now((*BLOCK, "EXECUTE")), step.was((*job, "WASEXECUTE"))
-    yield Goal(f"{name}: what holds is kept", assumed, agrees(library, machine, after, name))
-    yield Goal(f"{name}: it remembers Execute", assumed, step.now((*job, "WASEXECUTE")) == execute)
+    yield Goal(f"{name}: the invariant holds again", assumed, agrees(library, machine, after, name))
+    yield Goal(
+        f"{name}: it stores Execute of the last call",
+        assumed,
+        step.now((*job, "WASEXECUTE")) == execute,
+    )
     begins = z3.And(now, z3.Not(was))
     edge = z3.And(execute, z3.Not(seen))
     scan = z3.Implies(now, step.now((*job, "SEEN")) == step.now((*INNER, "SCAN")))
-    yield Goal(f"{name}: it remembers the scan", assumed, scan)
-    yield Goal(f"{name}: busy from an edge only", assumed, z3.Implies(begins, edge))
+    yield Goal(f"{name}: it stores the scan of the last call", assumed, scan)
+    yield Goal(f"{name}: it becomes busy only by an edge", assumed, z3.Implies(begins, edge))
     asks = _asks(step)
-    yield Goal(f"{name}: requests while busy only", assumed, z3.Implies(asks, now))
+    yield Goal(f"{name}: it makes requests only while busy", assumed, z3.Implies(asks, now))
     ends = z3.And(z3.Not(now), step.now((*BLOCK, "ERROR")), z3.Not(asks))
     if name in OUTLINED:  # a block with nothing left to do may be Done
         ends = z3.And(z3.Not(now), z3.Not(asks))
@@ -330,7 +338,7 @@ def _jobs(library: Library, name: str) -> Iterator[Goal]:
     lost = z3.And(was, z3.Not(connected), z3.Not(waits))
     yield Goal(f"{name}: a lost link ends it", assumed, z3.Implies(lost, ends))
     yield Goal(
-        f"{name}: it asks for nothing without a link",
+        f"{name}: it makes no request without a link",
         assumed,
         z3.Implies(z3.Not(connected), z3.Not(asks)),
     )
@@ -368,7 +376,9 @@ def _troubles(step: Step, name: str, assumed: tuple[Any, ...], ends: Any) -> Ite
             _on_wire(step, name),
             z3.Not(safe),
         )
-        yield Goal(f"{name}: an emergency stop ends what is out", assumed, z3.Implies(out, ends))
+        yield Goal(
+            f"{name}: an emergency stop ends a running command", assumed, z3.Implies(out, ends)
+        )
 
 
 #: The bits of RCX_REF.SI by their places in bytes n + 32, n + 33 (chapter 5, 1).
@@ -418,9 +428,11 @@ def _levels(library: Library, name: str) -> Iterator[Goal]:
         holds = _sender if name in _SENDERS else _failure
         assumed.append(holds(machine, step.before, name))
         start = at_the_start(library, name)
-        yield Goal(f"{name}: it holds at the start", (), holds(start, start.snapshot(), name))
+        yield Goal(
+            f"{name}: the invariant holds at the start", (), holds(start, start.snapshot(), name)
+        )
         kept = holds(machine, machine.snapshot(), name)
-        yield Goal(f"{name}: what holds is kept", tuple(assumed), kept)
+        yield Goal(f"{name}: the invariant holds again", tuple(assumed), kept)
         if name not in _SENDERS:
             works = step.was((*BLOCK, "JOB", "BUSY"))
     may = held = z3.BoolVal(False)  # its code is already out: a jog stops, a command is held
@@ -430,7 +442,7 @@ def _levels(library: Library, name: str) -> Iterator[Goal]:
         may = held = z3.And(*[step.was((*_SENDERS[name], pin)) for pin in ("BUSY", "OUT")])
     lost = z3.Not(step.was((*ROBOT, "SO", "SO01_CPUOK")))
     yield Goal(
-        f"{name}: an error stays until Enable falls",
+        f"{name}: an error stays until Enable is FALSE",
         tuple(assumed),
         z3.Implies(z3.And(enable, failed), z3.And(fails, z3.Implies(asks, held))),
     )
@@ -440,13 +452,13 @@ def _levels(library: Library, name: str) -> Iterator[Goal]:
         z3.Implies(z3.And(enable, works, lost), z3.And(fails, z3.Not(asks))),
     )
     yield Goal(
-        f"{name}: nothing without Enable", tuple(assumed), z3.Implies(asks, z3.Or(enable, may))
+        f"{name}: no request without Enable", tuple(assumed), z3.Implies(asks, z3.Or(enable, may))
     )
-    yield Goal(f"{name}: nothing without a link", tuple(assumed), z3.Implies(asks, z3.Not(lost)))
+    yield Goal(f"{name}: no request without a link", tuple(assumed), z3.Implies(asks, z3.Not(lost)))
 
 
 def _sender(machine: Machine, memory: Memory, name: str) -> Any:
-    """Return the claim: ErrorID is the failure; with it, or without Enable, no command waits."""
+    """Return the claim: ErrorID is the failure; after it, or without Enable, no command waits."""
     command = _SENDERS[name]
 
     def get(*path: Any) -> Any:
@@ -464,7 +476,7 @@ def _sender(machine: Machine, memory: Memory, name: str) -> Any:
 
 
 def _failure(machine: Machine, memory: Memory, _: str) -> Any:
-    """Return the claim: ErrorID is the failure; with one, no job works and a jog is locked."""
+    """Return the claim: ErrorID is the failure; after it no job is busy, and a jog is locked."""
     shown = machine.term((*BLOCK, "ERRORID"), memory)
     failure = machine.term((*BLOCK, "FAILURE"), memory)
     idle = z3.Not(machine.term((*BLOCK, "JOB", "BUSY"), memory))
@@ -481,7 +493,7 @@ def _write_area(library: Library, name: str) -> Iterator[Goal]:
     connected = step.was((*ROBOT, "CONNECTED"))
     request = step.was((*INNER, "REQUEST"))
     yield Goal(
-        f"{name}: an input rises where it is requested in this scan, with a link",
+        f"{name}: an input goes ON only if requested in this scan, with a link",
         assumed,
         z3.Implies(rises != 0, z3.And(rises & ~request == 0, connected, accepted(step))),
     )
@@ -501,18 +513,18 @@ def _write_area(library: Library, name: str) -> Iterator[Goal]:
     asked = step.was((*INNER, "CODEREQUEST"))
     runs = step.was((*INNER, "PHASE")) == 3
     yield Goal(
-        f"{name}: a code goes out where it is requested in this scan, with link and CPU_OK",
+        f"{name}: a code is sent only if requested in this scan, with link and CPU_OK",
         (*assumed, z3.Implies(runs, step.was(code) == step.was((*INNER, "CODE")))),
         z3.Implies(goes, z3.And(asked, ready, accepted(step))),
     )
     yield Goal(
-        f"{name}: RCX_REF.SI shows what is applied",
+        f"{name}: RCX_REF.SI shows the applied inputs",
         assumed,
         z3.Implies(accepted(step), _applied(step, now=True) == now & _applied_mask()),
     )
     kept = [(*ROBOT, "CONNECTED"), (*ROBOT, "SO", "SO01_CPUOK"), (*INNER, "ANSWER")]
     yield Goal(
-        f"{name}: it leaves alone what FB_ReadArea has found",
+        f"{name}: it does not change the values of FB_ReadArea",
         assumed,
         z3.And(*[step.was(path) == step.now(path) for path in kept]),
     )
@@ -527,12 +539,12 @@ def _read_area(library: Library, name: str) -> Iterator[Goal]:
     machine = step.machine
     first = z3.Not(step.was((*INNER, "INSCAN")))
     yield Goal(
-        f"{name}: a lost link or CPU_OK is told to all blocks",
+        f"{name}: all blocks receive a lost link or CPU_OK",
         (*machine.assumptions, z3.Or(first, answers(machine, step.before))),
         answers(machine),
     )
     yield Goal(
-        f"{name}: no link without its pin",
+        f"{name}: no link while Connected is FALSE",
         tuple(machine.assumptions),
         z3.Implies(
             z3.Not(step.now((*BLOCK, "CONNECTED"))), z3.Not(step.now((*ROBOT, "CONNECTED")))
@@ -554,10 +566,11 @@ def _goals(library: Library, part: str) -> Iterator[Goal]:
 PROPERTIES = (
     Property(
         "restart",
-        "After a lost link no dedicated input but SI(00) and SI(06) rises and no command goes out"
-        " without a new edge of Execute or Enable; after a lost CPU_OK no command; in an emergency"
-        " stop no servo-on, start or return-to-origin begins, and what is out ends. FB_Operator"
-        " has keys instead of Execute: the blocks that they start are asked, the keys are not.",
+        "After a loss of the link, no dedicated input except SI(00) and SI(06) goes ON and no "
+        "command is sent without a new edge of Execute or Enable. After a loss of CPU_OK, no "
+        "command is sent without such an edge. In an emergency stop no servo ON, program start or "
+        "return-to-origin begins, and a running one ends. FB_Operator has keys instead of "
+        "Execute: the proof covers the blocks that the keys start, but not the keys.",
         "chapter 1, 5; chapter 5, 3",
         ("inner", "calls"),
         _goals,

@@ -189,7 +189,7 @@ def _goals(library: Library, block: str) -> Iterator[Goal]:
     if block in _LOGS:
         known = (*known, _log_keeps(block, step, step.before))
         kept = _log_keeps(block, step, step.machine.snapshot())
-        yield Goal(f"{block}: the log keeps its places", known, kept)
+        yield Goal(f"{block}: the entries stay in the log", known, kept)
     yield from impossible(block, step.machine, known)
 
 
@@ -202,7 +202,7 @@ def impossible(name: str, machine: Machine, known: tuple[Any, ...]) -> Iterator[
         made = by_sign if one.kind == "argument" else exactly
         places.setdefault(group, []).append((told, without_floats(made(one.when))))
     if not places:
-        yield Goal(f"{name}: nothing that could leave a range", known, z3.BoolVal(True))
+        yield Goal(f"{name}: no operation that could exceed a range", known, z3.BoolVal(True))
     for group, found in places.items():
         claim = z3.Not(z3.Or([when for _, when in found]))
         yield Goal(f"{name}: {group}, {len(found)} places", known, claim, dict(found))
@@ -223,8 +223,9 @@ def _parts(library: Library) -> list[str]:
 PROPERTIES = (
     Property(
         "safety",
-        "No index leaves its array, nothing is divided by zero, no REAL is converted that an"
-        " integer cannot hold, no shift, text or time is out of range, whatever the pins hold.",
+        "With any values at the pins, no index is outside of its array, nothing is divided by "
+        "zero, no REAL is converted to an integer that cannot hold it, and no shift, text or time "
+        "is out of range.",
         "docs/explanation/architecture.md",
         ("inner", "clock", "area", "log", "table"),
         _goals,

@@ -88,16 +88,16 @@ class _Block:
         first.create(BLOCK, pou.block)
         begin = self._start.between(first.snapshot(), self._unused)
         idle = z3.Not(first.term((*BLOCK, "JOB", "BUSY")))
-        yield Goal(f"{self.name}: it begins idle", (), z3.And(begin, idle))
+        yield Goal(f"{self.name}: the block is idle at the start", (), z3.And(begin, idle))
         for call, when in ((self._start, "no job was busy"), (self._busy, "a job was busy")):
             show = {"code": call.now.code, "refused": call.now.refused}
-            name = f"only what is held and not refused is requested; {when}"
+            name = f"only the held command is requested, and only if not refused; {when}"
             yield self._goal(call, name, call.requested, **show)
             after = call.between(call.machine.snapshot(), self._unused)
-            yield self._goal(call, f"what holds between the calls is kept; {when}", after)
+            yield self._goal(call, f"the invariant between the calls holds again; {when}", after)
         now, was = self._busy.now, self._busy.was
         stays = z3.Implies(now.busy, now.same(was))
-        yield self._goal(self._busy, "what is held stays while the job is busy", stays)
+        yield self._goal(self._busy, "the held command stays while the job is busy", stays)
 
     def legal(self) -> Iterator[Goal]:
         """Yield the goals: the command at the start of a job is legal, unless it is refused."""
@@ -115,11 +115,11 @@ class _Block:
         same = [now.code == code, *map(_equal, now.data, self._data)]
         claim = z3.Implies(now.ready, z3.And(same))
         show = _shown(now.code, now.data) | _shown(code, self._data, " by the pins")
-        yield self._goal(self._start, "a telegram is what the pins say", claim, **show)
+        yield self._goal(self._start, "a telegram is that of the pins", claim, **show)
         fits = list(expected.fits())
         if fits:
             claim = z3.Implies(now.ready, z3.And(fits))
-            yield self._goal(self._start, "a REAL is a number, and nothing is cut off", claim)
+            yield self._goal(self._start, "a REAL is a number, and no digits are cut off", claim)
         keys = list(expected.keys())
         if keys:
             yield self._told_apart(keys, code)
@@ -227,10 +227,10 @@ def _rests_on(part: str) -> tuple[str, ...]:
 PROPERTIES = (
     Property(
         "telegram-legal",
-        "Every command block but FB_RemoteCommand, whatever its pins hold, requests only telegrams"
-        " that the guide calls legal; where an input is refused it requests nothing. It is not"
-        " asked of what sends commands outside of plc/lib/command itself: FB_Override,"
-        " FB_ToolPosition, FB_PointBackup and FB_PointRestore.",
+        "With any values at its pins, every command block except FB_RemoteCommand requests only "
+        "telegrams that are legal by the guide. If an input is refused, it requests nothing. The "
+        "proof does not cover blocks outside of plc/lib/command that send commands themselves: "
+        "FB_Override, FB_ToolPosition, FB_PointBackup and FB_PointRestore.",
         "remote command guide 4.2 to 4.9",
         ("inner",),
         _legal_goals,
@@ -240,10 +240,10 @@ PROPERTIES = (
     ),
     Property(
         "telegram-pins",
-        "Every command block but FB_RemoteCommand requests the telegram that its pins said when its"
-        " job began; a number given in whole 0.001 mm or 0.01 % arrives as it is. Pins that differ"
-        " where they count make different telegrams, but for REALs that round to the same step,"
-        " spaces at the end of a text, and -0.0.",
+        "Every command block except FB_RemoteCommand requests the telegram of the values that its "
+        "pins had when its job began. A number in whole 0.001 mm or 0.01 % is sent exactly. "
+        "Different values at pins that are used make different telegrams, except REALs that round "
+        "to the same step, spaces at the end of a text, and -0.0.",
         "remote command guide 4.2 to 4.9",
         ("inner",),
         _pins_goals,

@@ -187,7 +187,7 @@ def _counting(body: _Counter, most: int | None, least: int) -> Callable[[Any], N
 
 
 def counter_limits(name: str, rules: Dialect) -> tuple[int | None, int]:
-    """Return the greatest and least CV up to which a counter counts; None is its PV."""
+    """Return the greatest and least CV up to which a counter counts; None stands for its PV."""
     if rules.counters == "preset":
         return None, 0
     (kind,) = (pin.type for pin in BLOCKS[name].variables if pin.name == "CV")

@@ -1,8 +1,8 @@
 """Memory viewed as bytes: unions, and pointers to memory of another type.
 
 A layout describes a value of a type in memory: little endian, with each field at a multiple of its
-own alignment, as `language.sizes` computes it. Variables remain Python values. Only if a variable
-is accessed as another type, it is packed to bytes. Changed bytes are unpacked into the variable.
+own alignment, as `language.sizes` computes it. Variables remain Python values. A variable is packed
+to bytes only if it is accessed as another type. Changed bytes are unpacked into the variable.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ class Code:
 
     Attributes:
         file: Name under which it is compiled.
-        first: Number of lines in front of those of the POUs.
+        first: Number of lines before the lines of the POUs.
         origins: File and line of the source for each line of the POUs.
         body: The compiled code, as `marshal` writes it.
     """

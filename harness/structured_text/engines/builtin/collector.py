@@ -223,7 +223,7 @@ def _resolved(file: str) -> Path:
 
 @lru_cache(maxsize=1024)
 def _hash(file: Path, stamp: int) -> str:
-    """Return a hash of the file; `stamp`, its time of change, makes the cache read it again."""
+    """Return a hash of the file; a new time of change (`stamp`) makes the cache read it again."""
     return hashlib.sha256(file.read_bytes()).hexdigest()
 
 

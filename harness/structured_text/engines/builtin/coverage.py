@@ -123,7 +123,7 @@ class Plan:
     def body(self, node: t.Statement, body: tuple[t.Statement, ...], place: int = 0) -> int:
         """Return the counter of a body.
 
-        `place` tells bodies without statements apart: it is the index among those of the node.
+        `place` is the index of a body without statements among such bodies of the node.
         """
         return self.run[id(body[0])] if body else self.blank[id(node)][place]
 
@@ -235,9 +235,9 @@ def _postfix(node: t.Expression) -> tuple[Postfix, tuple[t.Expression, ...]]:
 
 
 def _matters(node: t.Expression) -> bool:
-    """Return whether it matters if an expression is evaluated, apart from its value.
+    """Return whether the evaluation of an expression can have a consequence other than its value.
 
-    It does if it calls a function, which may have any effect, or can stop the program: by an index,
+    This is the case if the expression calls a function, or if it can stop the program: by an index,
     a division, a root, or the conversion of an infinite number.
     """
     return any(map(_does_more, nodes(node)))
@@ -270,7 +270,7 @@ _SAFE = frozenset(
     )
 )
 
-#: Largest number of conditions that are joined by one operator each.
+#: From this number of conditions on, a vector is a sum instead of a chain of operators.
 _FEW = 50
 
 

@@ -123,7 +123,7 @@ class ExpressionCode:
         return self._shared[name]
 
     def uses_globals(self, pou: t.Pou, made: Iterable[t.Symbol]) -> bool:
-        """Return whether the code of a POU uses `g`; `made` are the variables that it makes."""
+        """Return whether the code of a POU uses `g`; `made` are the variables that it creates."""
         blocks = any(has_block(symbol.type) for symbol in made)
         return needs_globals(pou) or blocks or any(map(self.is_shared, pou.calls))
 
@@ -290,7 +290,7 @@ class ExpressionCode:
         return of_type(f"({parts})[-1]", node.type)
 
     def _assigned(self, node: t.Assigned) -> Value:
-        """Return code that assigns a variable and has its new value."""
+        """Return an expression that assigns a variable; its value is the new value."""
         value = self.exact(node.value)
         if not is_scalar(node.type):
             code = self.variable(node.target)

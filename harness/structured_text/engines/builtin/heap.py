@@ -21,7 +21,7 @@ class Heap(dict[int, tuple[Any, int]]):
     Several variables in a row are a list, and so is a single scalar or array.
 
     Attributes:
-        version: Number of changes; the ways to variables are searched again after each.
+        version: Number of changes. After a change, the paths to the variables are searched again.
     """
 
     def __init__(self) -> None:
@@ -84,7 +84,7 @@ def _made(project: Project) -> dict[Type, t.New]:
 
 
 def kinds_of(project: Project) -> list[Type]:
-    """Return the types that `__NEW` makes variables of; their number is their place here."""
+    """Return the types of the variables that `__NEW` makes; the index of a type is its number."""
     return list(_made(project))
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import marshal
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import lru_cache
-from types import FrameType, TracebackType
+from types import FrameType, FunctionType, TracebackType
 from typing import TYPE_CHECKING, Any
 
 from structured_text.engines.builtin import byte_views, heap, references
@@ -15,6 +15,7 @@ from structured_text.engines.builtin.blocks import CLASSES, bodies
 from structured_text.engines.builtin.code import Code
 from structured_text.engines.builtin.collector import Collector, collecting
 from structured_text.engines.builtin.runtime import NAMES
+from structured_text.engines.builtin.storage import slot_name
 from structured_text.language import cache
 from structured_text.language.dialects import rules_of
 from structured_text.language.project import Project
@@ -45,7 +46,7 @@ class Module:
         executed = bodies(rules_of(project.dialect))
         self.names.update({f"body_{name}": found for name, found in executed.items()})
         self._noted: set[str] = set()
-        # The length is bounded, because calls of instances that nobody observes are recorded, too.
+        # The length is bounded, because calls of instances that no user observes are recorded, too.
         self._calls: deque[tuple[int, int]] = deque(maxlen=100_000)
 
         def made() -> Code:
@@ -62,7 +63,7 @@ class Module:
         """Replace the functions of these blocks by ones that record each call.
 
         Returns:
-            The calls, each as the identity of the instance and that of the variable or 0.
+            The calls, each with the identity of the instance, and of the variable or 0.
         """
         for name, place in blocks.items():
             if name not in self._noted and f"f_{name}" in self.names:
@@ -84,7 +85,7 @@ class Module:
         return None if found is None else self._origin(found)
 
     def running(self, frame: FrameType | None) -> Iterator[tuple[str, int]]:
-        """Yield file and line of the statements that run in a frame and in those that called it."""
+        """Yield file and line of the statements that run in a frame and in its callers."""
         while frame is not None:
             if frame.f_code.co_filename == self._code.file:
                 found = self._origin(frame.f_lineno)
@@ -99,7 +100,7 @@ class Module:
 
     @contextmanager
     def skipping(self, block: str, place: int, called: Callable[[int], None]) -> Iterator[None]:
-        """Let the calls of one instance of a block, by identity, do nothing but be reported."""
+        """Skip the calls of an instance of a block, given by its identity; only report them."""
         keys = [f"{kind}_{block.upper()}" for kind in ("f", "body")]
         before = {key: self.names[key] for key in keys if key in self.names}
 
@@ -125,6 +126,38 @@ class Module:
             yield
         finally:
             self.names.update(before)
+
+    @contextmanager
+    def replacing(
+        self, pous: Iterable[str], replace: Callable[[str, Callable[..., Any]], Callable[..., Any]]
+    ) -> Iterator[None]:
+        """Call `replace(name, function)(...)` for these FUNCTIONs and methods inside the `with`.
+
+        A method is named `Block.Method`. POUs that the program does not have are ignored.
+        """
+        found = {name: self.names.get(f"f_{slot_name(name)}") for name in pous}
+        made = {one: replace(name, one) for name, one in found.items() if one is not None}
+        before = {key: one for key, one in self.names.items() if _is_among(one, made)}
+        attributes = [
+            (kind, name, one)
+            for key, kind in self.names.items()
+            if key.startswith("b_") and isinstance(kind, type)
+            for name, one in vars(kind).items()
+            if _is_among(one, made)
+        ]
+        self.names.update({key: made[one] for key, one in before.items()})
+        for kind, name, one in attributes:
+            setattr(kind, name, made[one])
+        try:
+            yield
+        finally:
+            self.names.update(before)
+            for kind, name, one in attributes:
+                setattr(kind, name, one)
+
+
+def _is_among(value: Any, functions: Mapping[Callable[..., Any], Any]) -> bool:
+    return isinstance(value, FunctionType) and value in functions
 
 
 def _noting(

@@ -35,7 +35,7 @@ def handed_back(method: Pou) -> list[Symbol]:
 def is_dynamic(objects: Objects, block: BlockType, project: Project) -> bool:
     """Return whether a call of a block may run the body of a derived block.
 
-    That holds if derived blocks exist and all have the same VAR_IN_OUT.
+    This is the case if derived blocks exist and all have the same VAR_IN_OUT.
     """
     own = _in_outs(block)
     blocks = [project.blocks[key] for key in objects.derived(block.name.upper())]
@@ -47,7 +47,7 @@ def _in_outs(block: BlockType) -> list[str]:
 
 
 def linking(project: Project) -> list[str]:
-    """Return the lines behind the functions: methods become class attributes, `start` is defined.
+    """Return the lines after the functions: they make methods class attributes and define `start`.
 
     A program without methods and without start actions gives no lines.
     """
@@ -101,7 +101,7 @@ class _Starts:
         return result
 
     def heap_lines(self) -> Iterator[str]:
-        """Yield how blocks begin and end that are made while the program runs.
+        """Yield the code that starts and ends blocks made by `__NEW` while the program runs.
 
         The exit method of a derived block runs before that of its base.
         """
@@ -119,7 +119,7 @@ class _Starts:
         return EXIT.upper() in self._objects.own.get(key, {})
 
     def _is_shared(self, block: BlockType) -> bool:
-        """Return whether a program is called by name by others, and so belongs to the globals."""
+        """Return whether other POUs call a program by its name; it is then one of the globals."""
         symbol = self._project.global_symbols.get(block.name.upper())
         return symbol is not None and symbol.type is block
 

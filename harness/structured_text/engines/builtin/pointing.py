@@ -80,7 +80,7 @@ class Pointing:
         self.storage = Storage()
 
     def variable(self, node: t.Variable) -> str:
-        """Return the Python code of a variable; if it is a place, the code can be assigned to."""
+        """Return the Python code of a variable; code of `pointer^` is also a valid target."""
         if isinstance(node, t.This):
             return "s"
         if isinstance(node, t.Deref):
@@ -158,7 +158,7 @@ class Pointing:
         return f"(s.{slot_name(node.symbol.name)} is not uncalled)"
 
     def _delete(self, pointer: t.Variable | t.Address) -> str:
-        """Return code that ends a variable made by `__NEW`, and sets the pointer to 0."""
+        """Return code that frees a variable made by `__NEW`, and sets the pointer to 0."""
         if isinstance(pointer, t.Address):
             return f"heap_delete(g, {self._code.exact(pointer)})"
         before: list[str] = []
@@ -167,7 +167,7 @@ class Pointing:
         return f"({', '.join([*before, gone, self._write(place, pointer, 'null')])})[-1]"
 
     def _query(self, node: t.Query) -> str:
-        """Return code that asks for another interface of a block, and stores the answer."""
+        """Return code that queries another interface of a block, and stores the result."""
         before: list[str] = []
         name, names = self._name(), frozenset(f"b_{block}" for block in node.blocks)
         target = self._place(node.target, before)
@@ -280,7 +280,7 @@ def _read(place: tuple[str, str]) -> str:
     return f"{holder}.{key[1:-1]}" if key.startswith("'") else f"{holder}[{key}]"
 
 
-#: Expressions with an effect, or whose evaluation can stop the program.
+#: Expressions that have an effect, or can stop the program when they are evaluated.
 _EFFECTS = (t.CallMethod, t.Deref, t.Assigned, t.Query, t.New)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import struct
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from typing import Any, NamedTuple
@@ -35,7 +35,13 @@ from structured_text.language.values import describe, from_python, nest, scalar_
 __all__ = ["BuiltinProgram"]
 
 _NO_STORAGE = ("VAR_IN_OUT", "VAR_EXTERNAL")
-_AS_HELD = ("BOOL", "BYTE", "WORD", "DWORD", "SINT", "INT", "DINT", "USINT", "UINT", "UDINT")
+#: Types with equal values in memory and in the result of `read`.
+_AS_HELD = frozenset(
+    {
+        *("BOOL", "BYTE", "WORD", "DWORD", "LWORD", "SINT", "INT", "DINT", "LINT"),
+        *("USINT", "UINT", "UDINT", "ULINT", "REAL", "LREAL"),
+    }
+)
 
 
 class _Place(NamedTuple):
@@ -105,11 +111,12 @@ class BuiltinProgram(OfProject):
             self._run(partial(names["start"], self._globals, self._roots))
         self._places: dict[str, _Place] = {}
         self._looks: dict[str, Callable[[], Value]] = {}
+        self._converters: dict[int, Callable[[Any], Value] | None] = {}
         self._readers: dict[tuple[str, ...], Callable[[], tuple[Value, ...]]] = {}
         self._byte_lists: dict[str, tuple[Any, int]] = {}
 
     def _made(self, block: BlockType) -> Any:
-        """Return the instance of a program: a new one, or the one that others call by name."""
+        """Return a new instance of a program, or the instance that other POUs call by name."""
         key = block.name.upper()
         shared = self.project.global_symbols.get(key)
         if shared is not None and shared.type is block:
@@ -117,7 +124,7 @@ class BuiltinProgram(OfProject):
         return self.module.names[f"b_{key}"](self._globals)
 
     def pace(self, scan_us: int) -> None:
-        """Run the tasks beside a program without a task in their intervals; see `Program.pace`."""
+        """Run tasks at their intervals although a program without a task runs in each scan."""
         if not self.project.free:
             return
         intervals = {
@@ -147,8 +154,8 @@ class BuiltinProgram(OfProject):
         """Run one base tick at PLC time `now_us` [µs].
 
         Raises:
-            InputError: The program divides by zero, leaves an array or does not end a loop. The
-                error has the file and line of the statement.
+            InputError: The program divides by zero, uses an index outside of an array, or does not
+                end a loop. The error has the file and line of the statement.
         """
         self._globals.now = now_us * 1000
         scans = self._scans
@@ -214,7 +221,8 @@ class BuiltinProgram(OfProject):
         place = self._place(path)
         if _is_plain(place):
             return partial(getattr, place.holder, place.key)
-        return lambda: self._to_python(place.type, _get(place.holder, place.key))
+        convert = self._converter(place.type) or _same
+        return lambda: convert(_get(place.holder, place.key))
 
     def reader(self, paths: Sequence[str]) -> Callable[[], tuple[Value, ...]]:
         """Return a function that reads these variables; see `engines.base.Program.reader`."""
@@ -230,25 +238,46 @@ class BuiltinProgram(OfProject):
         looks = [self._look(path) for path in paths]
         return lambda: tuple([look() for look in looks])
 
-    def _to_python(self, kind: Type, held: Any) -> Value:
+    def _converter(self, kind: Type) -> Callable[[Any], Value] | None:
+        """Return the function that converts a stored value for `read`; None if both are equal.
+
+        It is made once for each type, because monitors and tests read the same structures in each
+        scan.
+        """
+        if id(kind) not in self._converters:
+            self._converters[id(kind)] = self._made_converter(kind)
+        return self._converters[id(kind)]
+
+    def _made_converter(self, kind: Type) -> Callable[[Any], Value] | None:
         if isinstance(kind, ArrayType):
-            return nest(kind, [self._to_python(kind.element, item) for item in held])
+            item = self._converter(kind.element)
+            if item is None:
+                return partial(nest, kind)
+            return lambda held: nest(kind, [item(element) for element in held])
         if isinstance(kind, StructType):
-            return {
-                name: self._to_python(field, getattr(held, name.upper()))
-                for name, field in kind.fields
-            }
+            return _fields([(name, self._converter(field)) for name, field in kind.fields])
         if isinstance(kind, BlockType):
-            return {
-                pin.name: self._to_python(pin.type, _get(*self._slot(held, pin)))
-                for pin in kind.variables
-                if pin.section not in _NO_STORAGE
-            }
+            return self._pins(kind)
         if isinstance(kind, (ReferenceType, InterfaceType)):
-            return self._holders.path(held)
-        if isinstance(held, str) and self.project.views:
-            held = held.partition("\0")[0]
-        return scalar_to_python(kind, held)
+            return self._holders.path
+        if isinstance(kind, ElementaryType) and kind.name in _AS_HELD:
+            return None
+        if self.project.views:
+            return lambda held: scalar_to_python(
+                kind, held.partition("\0")[0] if isinstance(held, str) else held
+            )
+        return partial(scalar_to_python, kind)
+
+    def _pins(self, kind: BlockType) -> Callable[[Any], Value]:
+        """Return the function that reads the variables of a block."""
+        pins = [pin for pin in kind.variables if pin.section not in _NO_STORAGE]
+        own = _fields([(pin.name, self._converter(pin.type)) for pin in pins])
+        if all(pin.address is None for pin in pins):
+            return own
+        converters = [(pin, self._converter(pin.type) or _same) for pin in pins]
+        return lambda held: {
+            pin.name: convert(_get(*self._slot(held, pin))) for pin, convert in converters
+        }
 
     def _slot(self, instance: Any, pin: Variable) -> tuple[Any, str]:
         if pin.address is not None:
@@ -327,22 +356,67 @@ class BuiltinProgram(OfProject):
 
     @contextmanager
     def answering(self, answers: Mapping[str, Callable[..., Any]]) -> Iterator[None]:
-        """Let Python functions answer the calls of FUNCTIONs, by name, inside the `with`.
+        """Replace the calls of FUNCTIONs, by name, by Python functions inside the `with`.
 
-        An answer gets the inputs in the order of their declaration, as the engine represents
-        them. Functions that the program does not have are ignored.
+        A Python function gets the inputs in the order of their declaration, as the engine
+        represents them. Functions that the program does not have are ignored.
         """
         with self.module.answering(answers):
             yield
 
     @contextmanager
     def skipping(self, block: str, place: int, called: Callable[[int], None]) -> Iterator[None]:
-        """Let the calls of one instance of a block do nothing but call `called(place)`.
+        """Replace the calls of one instance of a block by calls of `called(place)`.
 
         `place` is the identity of the instance (see `holder`).
         """
         with self.module.skipping(block, place, called):
             yield
+
+    @contextmanager
+    def guarding(
+        self, pous: Iterable[str], called: Callable[[str, Any, Callable[[], Any]], Any]
+    ) -> Iterator[None]:
+        """Let `called` run the calls of these FUNCTIONs and methods inside the `with`.
+
+        `called` gets the name of the POU, the first argument (the instance of a method), and a
+        function that runs the call; it raises InputError, with file and line, if the program fails
+        at run time. The call has the value that `called` returns. Calls within such a call run as
+        usual.
+
+        Args:
+            pous: Names; `Block.Method` for a method.
+            called: Runs a call.
+        """
+        active = False
+
+        def replaced(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+            def call(*arguments: Any) -> Any:
+                nonlocal active
+                if active:
+                    return function(*arguments)
+                active = True
+                try:
+                    run = partial(self._guarded, function, arguments)
+                    return called(name, arguments[0] if arguments else None, run)
+                finally:
+                    active = False
+
+            return call
+
+        with self.module.replacing(pous, replaced):
+            yield
+
+    def _guarded(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+        try:
+            return function(*arguments)
+        except FAULTS as error:
+            raise self._fault(error) from None
+        except InputError as error:  # of an answer, see `answering`
+            if error.file is not None:
+                raise
+            file, line = self.module.origin(error.__traceback__) or (None, None)
+            raise InputError(error.message, file=file, line=line, hint=error.hint) from None
 
     def advance(self, time_ns: int) -> None:
         """Let time pass within a scan [ns]; the next scan sets the time anew."""
@@ -351,7 +425,7 @@ class BuiltinProgram(OfProject):
     def running(self) -> Iterator[tuple[str, int]]:
         """Yield file and line of the running statements, the innermost first.
 
-        For use inside an answer (see `answering`).
+        For use inside a function of `answering`.
         """
         return self.module.running(inspect.currentframe())
 
@@ -366,12 +440,12 @@ class BuiltinProgram(OfProject):
         return _Snapshot(self.module, self._scans, data, made)
 
     def restore(self, snapshot: object) -> None:
-        """Return to a state that `snapshot` gave, of this or another instance of the program.
+        """Restore a state that `snapshot` of this or another instance of the program has returned.
 
         Raise InputError if the snapshot belongs to another program.
         """
         if not isinstance(snapshot, _Snapshot) or snapshot.module is not self.module:
-            raise InputError("this snapshot is of another program")
+            raise InputError("this snapshot belongs to another program")
         self._scans = snapshot.scans
         heap, names = self._globals.heap, self.module.names
         if heap or snapshot.made:
@@ -410,6 +484,30 @@ def _get(holder: Any, key: Any) -> Any:
         if isinstance(key, str) and not isinstance(holder, dict)
         else (holder[key])
     )
+
+
+def _same(held: Any) -> Any:
+    return held
+
+
+def _fields(
+    fields: Sequence[tuple[str, Callable[[Any], Value] | None]],
+) -> Callable[[Any], dict[str, Value]]:
+    """Return a function that reads these variables of an object, each with its converter.
+
+    One generated expression reads them all, as in `_plain_reader`.
+    """
+    given = {f"c{at}": convert for at, (_, convert) in enumerate(fields) if convert is not None}
+    looks = [
+        f"held.{name.upper()}" if name.isascii() else f"getattr(held, {name.upper()!r})"
+        for name, _ in fields
+    ]
+    items = [
+        f"{name!r}: c{at}({look})" if f"c{at}" in given else f"{name!r}: {look}"
+        for at, ((name, _), look) in enumerate(zip(fields, looks, strict=True))
+    ]
+    found: Callable[[Any], dict[str, Value]] = eval(f"lambda held: {{{', '.join(items)}}}", given)
+    return found
 
 
 def _element(place: _Place) -> str:

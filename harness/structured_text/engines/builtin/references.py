@@ -2,8 +2,8 @@
 
 A pointer is an object with an attribute `V`, through which its target is read and written. The
 target lives as long as its program instance, so a pointer needs no address. A snapshot may be
-restored by another instance. There each pointer is replaced by the way from a program instance to
-its target: the names of slots and the positions in lists.
+restored by another instance. A snapshot therefore contains, for each pointer, the path from a
+program instance to its target: the names of slots and the positions in lists.
 """
 
 from __future__ import annotations
@@ -166,7 +166,7 @@ def _asked(block: Any, names: Collection[str]) -> Any:
     return block if type(block).__name__ in names else _NO_BLOCK
 
 
-#: Limits for variables made while a program runs. Beyond them there is no memory.
+#: Limits for variables made while a program runs. Beyond them `__NEW` returns 0.
 _MOST_MADE, _LONGEST_ROW = 100_000, 1_000_000
 
 
@@ -189,14 +189,14 @@ def _new_row(shared: Any, number: int, count: int, make: Callable[[], Any]) -> A
 
 
 def _delete(shared: Any, pointer: Any) -> None:
-    """Call the exit methods of a variable made by `_new`, and forget it."""
+    """Call the exit methods of a variable made by `_new`, and remove it from the heap."""
     if pointer is _NULL:
         return
     if isinstance(pointer, View) and isinstance(pointer.memory, Held):
-        pointer = pointer.memory.pointer  # the memory as the type that it was made as
+        pointer = pointer.memory.pointer  # the pointer was recast: use its original type
     held = getattr(pointer, "V" if isinstance(pointer, Whole) else "holder", None)
     if id(held) not in shared.heap:
-        raise MemoryAccessError("__DELETE of a pointer that does not lead to what __NEW has made")
+        raise MemoryAccessError("__DELETE needs a pointer to a variable that __NEW has made")
     for leave in getattr(type(held), "exits", ()):
         leave(held, *[False] * (leave.__code__.co_argcount - 1))
     shared.heap.drop(held)
@@ -314,7 +314,7 @@ class _ElsewhereError(ProgramError):
     """The error for a comparison of pointers into different variables, which have no order."""
 
     def __init__(self) -> None:
-        super().__init__("pointers to different variables: which of them comes first is not known")
+        super().__init__("pointers to different variables have no order")
 
 
 def _unlike(one: Any, other: Any, layout: Layout) -> bool:
@@ -326,7 +326,7 @@ def _unlike(one: Any, other: Any, layout: Layout) -> bool:
 
 
 def _base(memory: Any) -> tuple[int, Any]:
-    """Return a key that identifies a memory."""
+    """Return a key that is equal for views of the same memory."""
     if not isinstance(memory, Held):
         return id(memory), None
     pointer = memory.pointer
@@ -335,7 +335,7 @@ def _base(memory: Any) -> tuple[int, Any]:
     return id(pointer.holder), pointer.key
 
 
-#: First step of the way to a variable made by `__NEW`; no program instance is called so.
+#: First step of the path to a variable made by `__NEW`; no program instance has this name.
 _MADE = "__NEW"
 #: The names that generated code can use.
 NAMES: dict[str, Any] = {
@@ -364,7 +364,7 @@ NAMES: dict[str, Any] = {
 
 
 class _Held(NamedTuple):
-    """A pointer in a snapshot: its class, the way to its holder, and the slot or position."""
+    """A pointer in a snapshot: its class, the path to its holder, and the slot or position."""
 
     kind: str
     way: tuple[Any, ...] | None
@@ -380,7 +380,7 @@ class _Found(NamedTuple):
 
 
 class Holders:
-    """All objects and lists of a program instance, by identity, with the ways to them.
+    """All objects and lists of a program instance, by identity, with the paths to them.
 
     `BuiltinProgram` uses it to save and load pointers in snapshots.
     """
@@ -449,7 +449,7 @@ class Holders:
         return held
 
     def saved(self, value: Any) -> Any:
-        """Return a value of a snapshot with all pointers replaced by ways."""
+        """Return a value of a snapshot with all pointers replaced by paths."""
         if isinstance(value, (tuple, list)):
             return type(value)(self.saved(part) for part in value)
         if isinstance(value, (bool, int, float, str, bytes, _Null, _NoBlock)):

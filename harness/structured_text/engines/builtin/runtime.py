@@ -268,7 +268,7 @@ _DECIMAL = re.compile(r"\s*[-+]?[0-9]*\.[0-9]*(?:[eE][-+]?[0-9]+)?")
 
 
 def _string_to_int(text: str) -> int:
-    """Return the number at the start of a text, in decimal or as 16#..; 0 without a number."""
+    """Return the number at the start of a text, in decimal or as 16#..; 0 if there is none."""
     based = _BASED.match(text)
     if based is not None:
         try:
@@ -420,6 +420,67 @@ def _ltime_text(time: int) -> str:
     milliseconds, nanoseconds = divmod(rest, 1_000_000)
     digits = f"{milliseconds}.{nanoseconds:06d}".rstrip("0").rstrip(".")
     return f"{whole[: whole.index('s') + 1]}{'-' if time < 0 else ''}{digits}ms"
+
+
+# --- texts of CODESYS ---
+
+#: Units of a duration, from the largest [ns].
+_PARTS = (
+    (86_400 * _SECOND, "d"),
+    (3_600 * _SECOND, "h"),
+    (60 * _SECOND, "m"),
+    (_SECOND, "s"),
+    (1_000_000, "ms"),
+    (1_000, "us"),
+    (1, "ns"),
+)
+
+
+def _short_lreal_text(value: float) -> str:
+    """Return the fewest digits that give the same LREAL, with one behind the point."""
+    return repr(value)
+
+
+def _short_real_text(value: float) -> str:
+    """Return the fewest digits that give the same REAL, with one behind the point."""
+    for digits in range(1, 9):
+        text = f"{value:.{digits}g}"
+        if c_float(float(text)).value == value:
+            return repr(float(text))
+    return repr(float(f"{value:.9g}"))
+
+
+def _short_time_text(time: int) -> str:
+    """Return a TIME as `T#1h5s20ms`, without the parts that are zero."""
+    return f"T#{_short_parts(time - time % 1_000_000, 'ms')}"
+
+
+def _short_ltime_text(time: int) -> str:
+    """Return an LTIME as `LTIME#1h5s20us`, without the parts that are zero."""
+    return f"LTIME#{_short_parts(time, 'ns')}"
+
+
+def _short_parts(time: int, least: str) -> str:
+    sign, rest, parts = ("-", -time, "") if time < 0 else ("", time, "")
+    for size, unit in _PARTS:
+        amount, rest = divmod(rest, size)
+        if amount:
+            parts += f"{amount}{unit}"
+    return f"{sign}{parts}" if parts else f"0{least}"
+
+
+def _short_tod_text(moment: int) -> str:
+    """Return a time of day as `TOD#13:30:00`, with three decimals if the seconds are not whole."""
+    seconds, rest = divmod(moment % NANOSECONDS_PER_DAY, _SECOND)
+    fraction = f".{rest // 1_000_000:03d}" if rest >= 1_000_000 else ""
+    return f"TOD#{seconds // 3600:02d}:{seconds // 60 % 60:02d}:{seconds % 60:02d}{fraction}"
+
+
+def _short_ltod_text(moment: int) -> str:
+    """Return a time of day as `LTOD#13:30:00`, with nine decimals if the seconds are not whole."""
+    seconds, rest = divmod(moment % NANOSECONDS_PER_DAY, _SECOND)
+    fraction = f".{rest:09d}" if rest else ""
+    return f"LTOD#{seconds // 3600:02d}:{seconds // 60 % 60:02d}:{seconds % 60:02d}{fraction}"
 
 
 def _long(text: Callable[[int], str]) -> Callable[[int], str]:

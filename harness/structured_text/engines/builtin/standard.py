@@ -207,7 +207,7 @@ def _absolute(node: t.Standard, argument: str) -> Value:
 def _conversion(node: t.Standard, argument: str, rules: Dialect) -> Value:
     source, target = node.name.split("_TO_")
     if source in ANY_CHARS or target in ANY_CHARS:
-        return _characters(node, source, target, argument)
+        return _characters(node, source, target, argument, rules)
     if target == "BOOL":
         return Value(f"({argument} != 0)")
     if target in ANY_REAL:
@@ -217,10 +217,10 @@ def _conversion(node: t.Standard, argument: str, rules: Dialect) -> Value:
     return _to_integer(source, target, argument, rules)
 
 
-def _characters(node: t.Standard, source: str, target: str, argument: str) -> Value:
+def _characters(node: t.Standard, source: str, target: str, argument: str, rules: Dialect) -> Value:
     """Return the code of a conversion from or to texts and characters."""
     if target in ANY_STRING:
-        code = _text(source, argument)
+        code = _text(source, argument, rules)
         if source.startswith("W") and target == "STRING":
             code = f"narrow({code})"
         assert isinstance(node.type, ElementaryType)
@@ -257,18 +257,31 @@ def _to_moment(source: str, target: str, argument: str, rules: Dialect) -> str:
     return f"trunc({code} * {rules.unit_ns(target)})"
 
 
-def _text(source: str, argument: str) -> str:
+def _text(source: str, argument: str, rules: Dialect) -> str:
     if source == "BOOL":
         return f"('TRUE' if {argument} else 'FALSE')"
     if source in ANY_CHARS:
         return argument
     if source in ANY_INT:
         return f"str({argument})"
+    if rules.notation == "short":
+        return _short_text(source, argument)
     if source in ANY_REAL:
         return f"real_to_string({argument})"
     if source in MOMENTS:
         return f"{source.lower()}_text({argument})"
     return f"bits_to_string({argument})"
+
+
+def _short_text(source: str, argument: str) -> str:
+    """Return the code of a text with the shortest digits, without parts that are zero."""
+    if source in ANY_REAL:
+        return f"short_{source.lower()}_text({argument})"
+    if source in ("TIME", "LTIME", "TOD", "LTOD"):
+        return f"short_{source.lower()}_text({argument})"
+    if source in MOMENTS:
+        return f"{source.lower()}_text({argument})"
+    return f"str({argument})"
 
 
 def _to_real(source: str, target: str, argument: str, rules: Dialect) -> Value:

@@ -102,7 +102,7 @@ class Writer:
         self._leave_pou()
 
     def _share(self) -> None:
-        """Store the VAR_IN_OUT that methods of the block use in the instance."""
+        """Store in the instance the VAR_IN_OUT that methods of the block use."""
         for symbol in self._pou.section("VAR_IN_OUT") if self._pou.block is not None else ():
             if symbol.shared:
                 self._emit(f"s.{symbol.name.upper()} = {symbol.name.upper()}")
@@ -118,7 +118,7 @@ class Writer:
         return needs_globals(pou.owner) or self._code.uses_globals(pou, own)
 
     def _input(self, symbol: t.Symbol) -> None:
-        """Write the start of a method for an input: its default for None, and a copy of its own."""
+        """Write the code for an input at the start of a method: a default for None, else a copy."""
         name = symbol.name.upper()
         created = self._storage.create(symbol.type, symbol.initial)
         if is_scalar(symbol.type):

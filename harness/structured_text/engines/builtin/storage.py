@@ -115,7 +115,7 @@ class Storage:
         return "no_block" if isinstance(kind, InterfaceType) else repr(initial)
 
     def made(self, kind: Type, values: Sequence[str]) -> str:
-        """Return code that makes a structure of values that are code."""
+        """Return code that makes a structure; `values` is the code of its fields."""
         return f"s_{self._name(kind)}({', '.join(values)})"
 
     def _created(self, kind: Type, initial: Sequence[Any]) -> str:

@@ -105,7 +105,7 @@ class RefusedCodeError(Exception):
 
     Args:
         reason: The first error of the C compiler.
-        pou: Name of the POU in whose code it is, in upper case; empty if it is not known.
+        pou: Upper-case name of the POU with the error in its C code; empty if it is not known.
     """
 
     def __init__(self, reason: str, pou: str) -> None:
@@ -116,12 +116,12 @@ class RefusedCodeError(Exception):
 
 #: A place in a message of gcc or clang.
 _C_PLACE = re.compile(r"([\w.]+\.[ch]):(\d+):")
-#: The first line of a function in the C code of iec2c; its name is that of the POU.
+#: The first line of a function in the C code of iec2c; it has the name of its POU.
 _C_FUNCTION = re.compile(r"^[A-Za-z_]\w*[ *]+(\w+?)(?:_body__|_init__)?\(")
 
 
 def _where(reason: str, folder: Path) -> str:
-    """Return the name of the POU in whose C code an error is; empty if it is in none."""
+    """Return the name of the POU with an error in its C code; empty if the error is elsewhere."""
     place = _C_PLACE.search(reason)
     file = folder / place[1] if place else None
     if place is None or file is None or not file.is_file():

@@ -39,7 +39,7 @@ class _Walk:
         self.hits: list[Hit] = []
 
     def body(self, body: Iterable[t.Statement], stale: _Stale) -> _Stale:
-        """Return the stale counters after a body, from those before it."""
+        """Return the stale counters after a body, given the stale counters before it."""
         for one in body:
             stale = self._statement(one, stale)
         return stale

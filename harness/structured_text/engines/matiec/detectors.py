@@ -1,8 +1,8 @@
 """Detectors: the places of a checked program that a known fault of matiec concerns.
 
 Each detector has the name of its fault in `faults.toml`. The checked tree has a position for every
-statement, not for every expression. The place of an expression is therefore its statement, or its
-condition if it is that of ELSIF or UNTIL.
+statement, not for every expression. The place of an expression is therefore its statement, or the
+condition of ELSIF or UNTIL that contains it.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from structured_text.engines.matiec.counter_blocks import other_counts
 from structured_text.engines.matiec.counters import stale_reads
 from structured_text.engines.matiec.durations import wrong_comparisons
 from structured_text.engines.matiec.hits import Hit, Sources, expressions
@@ -48,7 +49,7 @@ def _for_counter(sources: Sources) -> Iterator[Hit]:
 
 
 def _for_limit(sources: Sources) -> Iterator[Hit]:
-    """Yield each FOR whose counter must pass the limit of its type to end."""
+    """Yield each FOR that ends only if its counter exceeds the limit of its type."""
     for pou, loop in _loops(sources):
         limits = INT_RANGE.get(type_name(loop.counter.type))
         end, step = _number(loop.end), _number(loop.step)
@@ -195,7 +196,7 @@ def _nested_array(sources: Sources) -> Iterator[Hit]:
                 yield Hit(pou.file, symbol.at, symbol.name)
 
 
-#: Most blocks in one declaration that iec2c reads.
+#: Highest number of blocks in one declaration that iec2c accepts.
 _MOST_BLOCKS = 2
 
 
@@ -213,7 +214,7 @@ def _three_blocks(sources: Sources) -> Iterator[Hit]:
 
 
 def _type_alias(sources: Sources) -> Iterator[Hit]:
-    """Yield each type that is another name of a structure."""
+    """Yield each type that is an alias of a structure."""
     for file in sources.files:
         for one in parse(file).declarations:
             if (
@@ -272,4 +273,5 @@ DETECTORS: dict[str, _Detector] = {
     "three_blocks": _three_blocks,
     "type_alias": _type_alias,
     "text_line_feed": _text_line_feed,
+    "counters": other_counts,
 }

@@ -54,9 +54,10 @@ _EXACT = _Value()
 
 
 def wrong_comparisons(pous: Sequence[t.Pou], *, sums: bool) -> Iterator[Hit]:
-    """Yield the comparisons that a fault may decide wrongly, and the conversions of sums.
+    """Yield the comparisons and conversions that a fault of matiec may make wrong.
 
-    With `sums` those by whole seconds, else those by nanoseconds.
+    With `sums`, yield comparisons with and conversions of sums that keep 1000 ms beside their
+    seconds. Without it, yield comparisons with values that are wrong by nanoseconds.
     """
     if not any(_is_time(symbol.type) for pou in pous for symbol in pou.symbols.values()) and (
         not any(
@@ -132,7 +133,7 @@ class _Values:
         return self._known[key] if key else _EXACT
 
     def converts_sum(self, pou: t.Pou, one: t.Standard) -> bool:
-        """Return whether a function converts a sum to a type that has its seconds cut off."""
+        """Return whether a function converts a sum to another type than REAL or LREAL."""
         source, _, target = one.name.partition("_TO_")
         return (
             source == "TIME"
@@ -167,7 +168,7 @@ class _Values:
             return None
         wrong_low = (left.low or right.high) and not_low
         wrong_high = (left.high or right.low) and not_high
-        # A comparison with 0 is not a matter of a nanosecond, unless a difference is compared.
+        # A comparison with 0 is taken as correct in spite of an error of a nanosecond.
         if _is_zero(one.left) or _is_zero(one.right):
             return None
         if wrong_low or wrong_high:
@@ -217,7 +218,7 @@ def is_exact(value: int) -> bool:
 
 
 def _rounded(value: Fraction) -> Fraction:
-    """Return a number as `long double` of x86 has it: to the nearest, ties to even."""
+    """Return a number rounded to `long double` of x86: to the nearest, ties to even."""
     if not value:
         return value
     exponent = _MANTISSA - (value.numerator.bit_length() - value.denominator.bit_length())

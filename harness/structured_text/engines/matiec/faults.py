@@ -17,6 +17,7 @@ from structured_text.engines.matiec.build import Matiec
 from structured_text.engines.matiec.detectors import DETECTORS
 from structured_text.engines.matiec.hits import Sources
 from structured_text.errors import COMMAND, InputError
+from structured_text.language.dialects import rules_of
 from structured_text.language.library import names_of
 from structured_text.language.project import Project
 from structured_text.language.syntax import Position
@@ -34,7 +35,7 @@ __all__ = [
 ]
 
 _TABLE = Path(__file__).with_name("faults.toml")
-#: A name in the C code of FOR, which matiec writes since it knows CONTINUE (June 2024).
+#: A name in the C code that matiec writes for FOR since it supports CONTINUE (June 2024).
 _NEW = b"__do_increment"
 
 
@@ -45,9 +46,9 @@ class Fault:
     Attributes:
         name: Key in the table.
         construct: The construct of the program.
-        effect: What matiec does with it; begins with a verb.
+        effect: The behaviour of matiec, as a predicate.
         instead: What to write instead.
-        refused: Whether there is no program at all, because the C code does not compile.
+        refused: Whether the C code does not compile.
         versions: `all`, `new` (since June 2024) or `old` (before).
     """
 
@@ -125,7 +126,8 @@ def places(project: Project, new: bool | None = None) -> list[Place]:
     ]
     files = {str(file): file for file in project.files if names_of(file).tested != "matiec"}
     pous = [pou for pou in project.pous.values() if pou.file in files]
-    sources = Sources(tuple(files.values()), pous, project.types, project.blocks)
+    counters = rules_of(project.dialect).counters
+    sources = Sources(tuple(files.values()), pous, project.types, project.blocks, counters)
     found = {
         Place(fault, files[hit.file], hit.at, hit.detail)
         for fault in wanted
@@ -177,7 +179,7 @@ def refuse_faults(found: Iterable[Place]) -> None:
 
 
 def is_new(matiec: Matiec) -> bool:
-    """Return whether an installed matiec is one since June 2024."""
+    """Return whether the installed matiec is a version since June 2024."""
     return _contains(matiec.iec2c, matiec.iec2c.stat().st_mtime_ns)
 
 

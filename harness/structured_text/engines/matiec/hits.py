@@ -19,12 +19,16 @@ __all__ = ["Hit", "Sources", "expressions", "own_expressions"]
 
 @dataclass(frozen=True)
 class Sources:
-    """The part of a project that is searched for faults: files, their POUs, types and blocks."""
+    """The part of a project that is searched for faults: files, their POUs, types and blocks.
+
+    `counters` is the rule of the program's dialect for CTU, CTD and CTUD (`dialects.toml`).
+    """
 
     files: Sequence[Path]
     pous: Sequence[t.Pou]
     types: Mapping[str, Type]
     blocks: Collection[str]
+    counters: str
 
 
 class Hit(NamedTuple):

@@ -118,7 +118,7 @@ def explain(
 
 
 def explain_code(error: RefusedCodeError, project: Project) -> InputError:
-    """Return the error for C code that the C compiler refuses, at the POU that it was made of."""
+    """Return the error for C code that the C compiler refuses, at the POU that iec2c translated."""
     pou = project.pous.get(error.pou)
     unit = next((unit for unit in project.units if unit.name.upper() == error.pou), None)
     said = error.reason.split("error: ", 1)[-1]

@@ -99,7 +99,7 @@ class Dialect(Protocol):
 class Member:
     """A field of a structure or a variable of a block, with its place in memory.
 
-    VAR_IN_OUT and VAR_EXTERNAL are not members, because their values belong to others.
+    VAR_IN_OUT and VAR_EXTERNAL are not members: their values belong to other variables.
     """
 
     type: Type
@@ -108,7 +108,7 @@ class Member:
 
 
 def layout_expressions(types: Sequence[StructType | BlockType], dialect: Dialect) -> Iterator[str]:
-    """Yield the C expressions whose values, in order, are the table that `Layout` reads."""
+    """Yield the C expressions of the table that `Layout` reads, in its order."""
     for kind in types:
         name = dialect.type_name(kind)
         yield f"sizeof({name})"

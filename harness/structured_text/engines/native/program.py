@@ -134,7 +134,7 @@ class NativeProgram(OfProject):
         """Run one base tick at PLC time `now_us` [µs].
 
         Endless loops are not ended. An index is checked only if the compiler's code does so. Raise
-        InputError if the program divides an integer by zero, or leaves its memory.
+        InputError if the program divides an integer by zero, or accesses memory of others.
         """
         wrong = self._scan(now_us)
         if wrong is not None:
@@ -191,14 +191,14 @@ class NativeProgram(OfProject):
         return _Snapshot(self._image, self._tick.value, self._contents(), first, base)
 
     def restore(self, snapshot: object) -> None:
-        """Return to a state that `snapshot` gave, of this or another instance of the program.
+        """Restore a state that `snapshot` of this or another instance of the program has returned.
 
         Another instance has other addresses. Pointers into the instance's own memory are therefore
         not copied but set to their first values. Raise InputError if the snapshot belongs to
         another program.
         """
         if not isinstance(snapshot, _Snapshot) or snapshot.image != self._image:
-            raise InputError("this snapshot is of another program")
+            raise InputError("this snapshot belongs to another program")
         every = zip(self._regions, snapshot.contents, snapshot.first, self._first, strict=True)
         for memory, content, theirs, ours in every:
             memory[:] = content
@@ -251,8 +251,8 @@ class NativeProgram(OfProject):
 def _keep_pointers(memory: memoryview, theirs: bytes, ours: bytes, distance: int) -> None:
     """Set pointers into the instance's own memory to their first values.
 
-    In the first states of two instances, such a word differs by the distance of their memories.
-    All other words are equal or differ otherwise.
+    In the first states of two instances, a word with such a pointer differs by the distance of
+    their memories. All other words are equal or differ otherwise.
     """
     for at in range(0, len(ours) - _POINTER.size + 1, _POINTER.size):
         there, here = _POINTER.unpack_from(theirs, at)[0], _POINTER.unpack_from(ours, at)[0]

@@ -149,7 +149,7 @@ def _translate(project: Project, texts: Sequence[str], strucpp: Strucpp, folder:
     names = [f"part{number}.st" for number in range(len(texts))]
     for name, text in zip(names, texts, strict=True):
         (folder / name).write_text(text, encoding="utf-8")
-    # Only the standard library is copied: names in the others may be names of the user's.
+    # Only the standard library is copied: other libraries may use names of the program.
     shutil.copy(strucpp.blocks, folder)
     options = ("-o", "program.cpp", "--line-directives", "--no-default-libs", "-L", ".")
     done = run_tool([*strucpp.command, *names, *options], folder)

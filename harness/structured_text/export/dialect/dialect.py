@@ -109,7 +109,7 @@ class Names:
         }
 
     def spec(self, spec: s.TypeSpec) -> str:
-        """Return a type as in the tool's tables."""
+        """Return a type as written in the tool's tables."""
         if isinstance(spec, s.ArraySpec):
             element = self.spec(spec.element)
             return self.dialect.array.format(element=element, bounds=bounds_text(spec))
@@ -125,7 +125,7 @@ class Names:
         return self.dialect.types["INT"]
 
     def cell(self, one: s.VarDecl, kind: Type, value: Any) -> str:
-        """Return the initial value of a scalar as in the tool's tables; empty if it is zero."""
+        """Return a scalar's initial value as written in the tool's tables; empty if it is zero."""
         if one.initial is None and value == zero(kind):
             return ""
         if isinstance(kind, EnumType):
@@ -136,7 +136,7 @@ class Names:
         return number if mark and word.isalpha() and word.upper() not in _MOMENTS else text
 
     def literal(self, value: Any, kind: Type) -> str:
-        """Return a scalar's value as in statements."""
+        """Return a scalar's value as written in statements."""
         if isinstance(kind, EnumType):
             member = kind.members[value]
             named = f"{kind.name}#{member}"
@@ -160,7 +160,7 @@ class Names:
         return f"{self.dialect.word(name)}#16#0" if name in _BITS else _ZEROS.get(name, "0")
 
     def start(self, one: s.VarDecl, kind: Type, value: Any) -> str:
-        """Return the initial value of a scalar as in statements."""
+        """Return the initial value of a scalar as written in statements."""
         if one.initial is not None:
             return self._literal(one.initial)
         return self.zero(one.spec) if value == zero(kind) else self.literal(value, kind)
@@ -322,7 +322,7 @@ class _Body(Body):
         return kind == "IDENT" and self._names.is_byte(self._type(at))
 
     def _byte_of_standard(self, at: int) -> bool:
-        """Return whether the result of a standard function is a BYTE, because a value of it is."""
+        """Return whether the result of a standard function is a BYTE like one of its arguments."""
         key = self._found[at].upper()
         if key not in FUNCTIONS or FUNCTIONS[key].result != "T":
             return False

@@ -35,7 +35,7 @@ class Row:
         section: VAR_INPUT, VAR_OUTPUT, VAR_IN_OUT or VAR; RESULT of a function, FIELD of a
             structure, MEMBER of an enumeration.
         initial: Its initial value; for a member its number; empty if there is none.
-        retain: It keeps its value when power is off.
+        retain: Whether it keeps its value when power is off.
     """
 
     name: str
@@ -176,7 +176,7 @@ class _Writer:
         )
 
     def _is_kept(self, section: s.Section, symbol: Symbol) -> bool:
-        """Return whether a variable is retained without power and the tool's table can say so."""
+        """Return whether the table marks a variable that keeps its value without power."""
         able = section.kind in self._tool.retained and not isinstance(symbol.type, BlockType)
         return section.qualifier == "RETAIN" and able
 

@@ -31,7 +31,7 @@ def standard_blocks() -> list[Aoi]:
 
 
 def _ton() -> Aoi:
-    """Return TON by means of TONR.
+    """Return TON, implemented with TONR.
 
     TONR gets the highest preset and only counts the time; the code compares it with PT. So PT may
     change while the timer runs.
@@ -73,7 +73,7 @@ def _r_trig() -> Aoi:
         name,
         f"{name}: the edge detection R_TRIG of IEC 61131-3.",
         [
-            Tag("CLK", _BOOL, "Input", "0", "what is looked at"),
+            Tag("CLK", _BOOL, "Input", "0", "the signal to watch"),
             Tag("Q", _BOOL, "Output", "0", "TRUE for one call after CLK has come on"),
         ],
         [Tag("WasOn", _BOOL, "Local", "0")],

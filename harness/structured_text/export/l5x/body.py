@@ -67,10 +67,8 @@ class _Writer:
 
     A function sets its variables at the beginning of its logic, because a Logix tag keeps its value
     between calls. A block sets them in its Prescan routine. A structure, array or STRING is passed
-    by
-    reference; for each such pin of an instance the caller has a companion tag. RETURN is not
-    written:
-    the code after an IF with RETURN moves into its ELSE.
+    by reference; for each such pin of an instance the caller has a companion tag. RETURN is not
+    written: the code after an IF with RETURN moves into its ELSE.
     """
 
     def __init__(self, part: Part, pou: t.Pou, pous: Mapping[str, t.Pou], images: Images) -> None:
@@ -191,8 +189,7 @@ class _Writer:
     def _initialised(self) -> Iterator[str]:
         """Yield lines that set all variables but inputs to their initial values at the start.
 
-        In a program, variables that it does not write are left alone, because they come from
-        outside.
+        In a program, variables that it does not write are not set, because they come from outside.
         """
         own = written(self._pou, self._pous) if self._pou.kind == "PROGRAM" else None
         retained = retain(self._part)
@@ -330,8 +327,9 @@ class _Writer:
             return [*lines, f"{indent}UNTIL {condition}", f"{indent}END_REPEAT;"]
         if isinstance(one, s.Exit):
             return [*lines, f"{indent}EXIT;"]
-        what = "a FOR loop" if isinstance(one, t.For) else "a RETURN that is not an IF of its own"
-        raise NotCarriedError(what)
+        if isinstance(one, t.For):
+            raise NotCarriedError("a FOR loop")
+        raise NotCarriedError("a RETURN that is not the only statement of an IF")
 
     def _assign(self, target: t.Variable, value: t.Expression, indent: str) -> list[str]:
         place = self._expressions.variable(target)

@@ -74,7 +74,7 @@ def to_l5x(sources: Sources) -> Output:
             programs.append(made)
         lost += _begins_anew(part, project)
     for part in sources.of("CONFIGURATION"):
-        lost.append(lost_configuration(part, "make a periodic task and put the program in"))
+        lost.append(lost_configuration(part, "make a periodic task and add the program to it"))
     text = _document(types.values(), aois, programs, sources.names.project)
     head, _, rest = text.partition("\n")
     return Output({"": f"{head}\n<!--\n{sources.notice}\n-->\n{rest}"}, tuple(lost), newline="\r\n")
@@ -117,12 +117,12 @@ def _types(sources: Sources, images: Images, lost: list[Missing]) -> dict[str, s
 
 
 def _begins_anew(part: Part, project: Project) -> Iterator[Missing]:
-    """Yield blocks in VAR RETAIN: their Prescan routines clear them when the controller starts."""
+    """Yield a report for each block in VAR RETAIN, because Prescan clears it at the start."""
     assert isinstance(part.node, s.Pou)
     for section, _, name in declared(part.node.sections):
         kind = project.pous[part.name.upper()].symbols[name.key].type
         if section.qualifier == "RETAIN" and isinstance(kind, BlockType):
-            why = "RETAIN: it begins anew when power was off"
+            why = "RETAIN is not exported: a power loss resets it"
             yield missing(part, why, of=f"{section.kind} {name.text}", at=name.at)
 
 
@@ -134,7 +134,7 @@ def _check_needed(made: Aoi, aois: dict[str, Aoi], types: dict[str, str]) -> Non
 
 
 def _check_words(made: Aoi, aois: dict[str, Aoi]) -> None:
-    """Refuse a POU with lines that call something that Structured Text of Logix does not have.
+    """Refuse a POU that calls an instruction which Structured Text of Logix does not have.
 
     Raise NotCarriedError if a call is not on the list.
     """

@@ -174,7 +174,7 @@ class Invoke:
 
 @dataclass(frozen=True)
 class Assigned:
-    """An assignment inside an expression, `(target := value)`: its value is that of the target."""
+    """An assignment inside an expression, `(target := value)`; it has the value of the target."""
 
     target: Variable
     value: Expression

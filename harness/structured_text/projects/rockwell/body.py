@@ -193,7 +193,7 @@ class _Statements(ExpressionReader):
             raise self._error(
                 f"the source of {token.text} is protected and not in the file",
                 token,
-                "write it in Structured Text and replace what calls it",
+                "write it in Structured Text, and call that",
             )
         elif name in types.instructions:
             yield self._instruction(token)
@@ -248,7 +248,7 @@ class _Statements(ExpressionReader):
             else:
                 target, given = self._variable()
                 if usage == "Output" and given.type != kind.type:
-                    raise self._error(f"{target} is not a {kind.type}, as {name} is", token)
+                    raise self._error(f"{target} is not a {kind.type}, the type of {name}", token)
                 arguments.append(f"{name} {'=>' if usage == 'Output' else ':='} {target}")
         if not self._take(")"):
             raise self._error(f"{token.text} has too many arguments", token)

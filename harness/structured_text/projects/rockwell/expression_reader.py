@@ -274,7 +274,7 @@ class ExpressionReader:
     # --- tags -----------------------------------------------------------------------------
 
     def _variable(self, *, written: bool = False, element: bool = True) -> tuple[str, Data]:
-        """Read a tag with its members, elements and bits; the last index only if `element`."""
+        """Read a tag with its members, elements and bits; read the last index only if `element`."""
         token = self._next()
         if token.kind != "name" or token.word in KEYWORDS:
             raise self._error(f"a tag is needed here, not {token.text!r}", token)
@@ -367,7 +367,7 @@ class ExpressionReader:
 
 
 def bare(text: str) -> str:
-    """Return a text without brackets around all of it."""
+    """Return an expression without the parentheses that enclose all of it."""
     if not text.startswith("("):
         return text
     depth = 0

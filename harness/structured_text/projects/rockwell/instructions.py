@@ -1,4 +1,4 @@
-"""Blocks and structures for the tags of instructions: TONR, OSRI, OSFI, and those of ladder."""
+"""Blocks and structures for the tags of TONR, OSRI, OSFI and of ladder instructions."""
 
 from __future__ import annotations
 

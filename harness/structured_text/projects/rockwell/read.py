@@ -38,7 +38,7 @@ _ENABLE = ("ENABLEIN", "ENABLEOUT")
 _PRESCANNED = f"{VARIABLES}Prescanned"
 _JUMPS = re.compile(r"(?:NOP\(\)|JSR\((?P<name>\w+),0\))", re.IGNORECASE)
 
-#: Tags that stand for a module; its connection starts with 0 each time.
+#: Tags of a module; they start with 0 when its connection is opened.
 _IMAGES = frozenset(("INPUTAREA", "OUTPUTAREA"))
 #: A statement of a prescan that sets a tag, or an element of a tag.
 _CLEARED = re.compile(r"\s*(\w+)(?:\[[^\]]*\])?\s*:=")
@@ -156,7 +156,7 @@ class _Reader:
             if base not in aliases:
                 return
             if base in seen:
-                hint = "name the tag that it is meant for in AliasFor"
+                hint = "name its tag in AliasFor"
                 raise self._error(f"the alias {name} leads to itself", tag, hint)
             if len(seen) > _MOST_ALIASES:
                 text = f"the alias {name} leads to more than {_MOST_ALIASES} others"

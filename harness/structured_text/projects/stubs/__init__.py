@@ -1,1 +1,1 @@
-"""Interfaces for what a program misses, inferred from its use, so that the rest can be checked."""
+"""Inference of interfaces for missing names from their use, so that the rest can be checked."""

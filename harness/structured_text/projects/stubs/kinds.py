@@ -1,4 +1,4 @@
-"""What a missing name stands for: a block, a structure, an enumeration, a function, a list."""
+"""Classification of missing names: block, structure, enumeration, function or list."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Iterator
 
 from structured_text.language import syntax as s
+from structured_text.language.objects import INIT
 from structured_text.language.walk import nodes
 from structured_text.projects.missing import simple_type
 from structured_text.projects.stubs.model import (
@@ -35,7 +36,7 @@ _TYPE_OF_LITERAL = {
 
 
 class Mentions:
-    """How the names of missing types are used, by names alone, as no type is known yet."""
+    """The uses of missing names; they are compared as text, because no type is known yet."""
 
     def __init__(self, sources: Iterable[s.Source]) -> None:
         self._types: dict[str, set[str]] = {}
@@ -45,8 +46,10 @@ class Mentions:
         self._called: set[str] = set()
         self._functions: set[str] = set()
         self._asked: set[str] = set()
-        self._members: dict[str, set[str]] = {}
+        self._members: dict[str, dict[str, str]] = {}
         self._initial: dict[str, str] = {}
+        self._started: dict[str, list[tuple[s.Argument, ...]]] = {}
+        self._values: dict[str, list[tuple[s.Name, str]]] = {}
         self._interfaces: set[str] = set()
         for source in sources:
             for node in nodes(source.declarations, names=True):
@@ -54,13 +57,20 @@ class Mentions:
 
     def _note(self, node: object) -> None:
         if isinstance(node, s.VarDecl):
+            if isinstance(node.initial, s.Field):
+                wanted = next((one.text for one in _named(node.spec)), "")
+                values = self._values.setdefault(_last(node.initial.base), [])
+                values.append((node.initial.name, wanted))
             for kind in _named(node.spec):
                 key = kind.key.rpartition(".")[2]
                 self._types.setdefault(key, set()).update(one.key for one in node.names)
-                if isinstance(node.initial, s.StructInit):
-                    self._fields.setdefault(key, []).extend(node.initial.fields)
+                for value in _structures(node.initial):
+                    self._fields.setdefault(key, []).extend(value.fields)
                 if isinstance(node.initial, s.Literal):
                     self._initial.setdefault(key, _TYPE_OF_LITERAL.get(node.initial.kind, ""))
+        elif isinstance(node, s.NamedSpec) and node.arguments:
+            key = node.name.key.rpartition(".")[2]
+            self._started.setdefault(key, []).append(node.arguments)
         elif isinstance(node, (s.Pou, s.TypeDecl)) and node.extends is not None:
             base = BLOCK if isinstance(node, s.Pou) else STRUCT
             self._bases.setdefault(node.extends.key.rpartition(".")[2], base)
@@ -76,7 +86,8 @@ class Mentions:
         elif isinstance(node, s.Call):
             self._functions.add(node.function.key)
         elif isinstance(node, s.Field):
-            self._members.setdefault(_last(node.base), set()).add(node.name.key)
+            found = self._members.setdefault(_last(node.base), {})
+            found.setdefault(node.name.key, node.name.text)
         if isinstance(node, s.Pou):
             self._interfaces.update(one.key.rpartition(".")[2] for one in node.implements)
 
@@ -93,7 +104,25 @@ class Mentions:
             pin = stub.input(field.text) if stub.kind == BLOCK else stub.output(field.text)
             if isinstance(value, s.Literal):
                 pin.note(_TYPE_OF_LITERAL.get(value.kind, ""), given=True)
+        if stub.kind == ENUM:
+            for member in self._members.get(name.upper(), {}).values():
+                stub.output(member)
+        if stub.kind == BLOCK:
+            self._start(stub)
         return stub
+
+    def _start(self, stub: Stub) -> None:
+        """Give a block the method that gets the arguments of its declarations."""
+        for arguments in self._started.get(stub.name.upper(), ()):
+            method = stub.method(INIT)
+            method.used = True
+            method.result.note("BOOL", given=True)
+            for name in ("bInitRetains", "bInCopyCode"):
+                method.input(name).note("BOOL", given=True)
+            for number, one in enumerate(arguments, 1):
+                pin = method.input(one.name.text if one.name is not None else f"Argument{number}")
+                if isinstance(one.value, s.Literal):
+                    pin.note(_TYPE_OF_LITERAL.get(one.value.kind, ""), given=True)
 
     def _type_stub(self, name: str) -> Stub:
         key = name.upper()
@@ -103,6 +132,8 @@ class Mentions:
             return Stub(name, ALIAS, base=alias)
         if key in self._interfaces:
             return Stub(name, INTERFACE)
+        if key in self._started:
+            return Stub(name, BLOCK)
         if key in self._bases:
             return Stub(name, self._bases[key])
         if _BLOCK_NAME.match(name) or variables & self._called:
@@ -120,8 +151,11 @@ class Mentions:
         return Stub(name, STRUCT if _STRUCT_NAME.match(name) else ALIAS)
 
     def name_stub(self, name: str) -> Stub:
-        """Return the stub of an undeclared name that stands before a dot."""
-        return Stub(name, ENUM if name.upper() in self._types else LIST)
+        """Return the stub of an undeclared name before a dot: an enumeration, or a global list."""
+        stub = Stub(name, ENUM if name.upper() in self._types else LIST)
+        for member, kind in self._values.get(name.upper(), ()):
+            stub.output(member.text).note(kind if stub.kind == LIST else "", given=False)
+        return stub
 
     def is_base(self, name: str) -> bool:
         """Return whether the name has members in the program."""
@@ -138,6 +172,15 @@ class Mentions:
     def space_stub(self, name: str) -> Stub:
         """Return the stub of a namespace."""
         return Stub(name, NAMESPACE)
+
+
+def _structures(value: object) -> Iterator[s.StructInit]:
+    """Yield the initial values of a structure, or of the elements of an array of structures."""
+    if isinstance(value, s.StructInit):
+        yield value
+    elif isinstance(value, s.ArrayInit):
+        for _, item in value.items:
+            yield from _structures(item)
 
 
 def _named(spec: s.TypeSpec) -> Iterator[s.Name]:

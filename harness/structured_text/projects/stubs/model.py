@@ -42,7 +42,7 @@ _NUMBERS = (
 #: The key of an argument without a name.
 _POSITION = re.compile(r"P(\d+)")
 _REALS = ("REAL", "LREAL")
-#: Types by the beginning of a name, as TwinCAT and CODESYS users write it, without a use.
+#: Types by the prefix of a name, as TwinCAT and CODESYS users write it, if no use shows a type.
 _BY_NAME = (
     ("by", "BYTE"),
     ("dw", "DWORD"),
@@ -69,6 +69,8 @@ _BY_NAME = (
 _FLAGS = re.compile(
     r"Execute|Enabled?|Done|Busy|Active|Error|Valid|CommandAborted|Q|In[A-Z]\w+|Is[A-Z]\w+|Has[A-Z]\w+"
 )
+#: The type of an input that gets values of several types.
+ANY = "ANY"
 #: The type if nothing is known.
 _UNKNOWN = "DINT"
 
@@ -109,7 +111,17 @@ class Pin:
 
     @property
     def type(self) -> str:
-        """Return the inferred type: wide enough for what is given, else as narrow as required."""
+        """Return the inferred type: wide enough for given values, else as narrow as required."""
+        return self._common or (self.given or self.wanted)[0]
+
+    @property
+    def input_type(self) -> str:
+        """Return the type of an input: ANY if no other type takes all given values."""
+        return self._common or (ANY if len(self.given) > 1 else (self.given or self.wanted)[0])
+
+    @property
+    def _common(self) -> str:
+        """Return the type that all values have or convert to; empty if there is none."""
         known = self.given or self.wanted
         for order in (_INTEGERS, _BITS, _NUMBERS, _REALS):
             if known and all(kind in order for kind in known):
@@ -123,9 +135,9 @@ class Pin:
             return certain[0] if len(certain) == 1 else "POINTER TO BYTE"
         if known and all(kind.startswith("STRING") for kind in known):
             return "STRING(255)"
-        if known:
-            return known[0]
-        return _by_name(self.name)
+        if not known:
+            return _by_name(self.name)
+        return known[0] if len(known) == 1 else ""
 
 
 def _number(key: str) -> int:
@@ -172,7 +184,7 @@ class Stub:
     number: int = 0
 
     def input(self, name: str) -> Pin:
-        """Return an input; a pin that was an output becomes one."""
+        """Return an input; an output of this name becomes an input."""
         key = name.upper()
         if key in self.in_outs:
             return self.in_outs[key]
@@ -181,7 +193,7 @@ class Stub:
         return self.inputs.setdefault(key, Pin(name))
 
     def output(self, name: str) -> Pin:
-        """Return an output; the input of this name if there is one."""
+        """Return an output, or the input of this name if it exists."""
         for known in (self.inputs, self.in_outs):
             if name.upper() in known:
                 return known[name.upper()]
@@ -241,7 +253,9 @@ class Stub:
             ):
                 if known:
                     yield section
-                    yield from (f"  {pin.name} : {pin.type};" for pin in known.values())
+                    for pin in known.values():
+                        kind = pin.input_type if section == "VAR_INPUT" else pin.type
+                        yield f"  {pin.name} : {kind};"
                     yield "END_VAR"
             yield from (line for one in self.methods.values() for line in one.lines())
             yield f"END_{self.kind}"

@@ -34,7 +34,7 @@ from structured_text.projects.stubs.model import (
 
 __all__ = ["Uses"]
 
-#: The bounds of an array of which only the use of its elements is known.
+#: The bounds of an array if only uses of its elements are known.
 _BOUNDS = "0..255"
 _LITERALS = {"INTEGER": "", "REALNUM": "LREAL", "STRING": "STRING(255)", "BOOLEAN": "BOOL"}
 _OPERATOR = re.compile(
@@ -217,7 +217,7 @@ class Uses:
     # --- expressions ---
 
     def _read(self, node: s.Expression, want: str) -> None:
-        """Note the stubs in an expression, whose value is required in a type."""
+        """Note the stubs in an expression that must have a value of the given type."""
         if isinstance(node, s.Field):
             stub = self._owner(node.base, node.name.key)
             if stub is not None:
@@ -318,7 +318,7 @@ class Uses:
         return found
 
     def _nested(self, owner: Stub, member: s.Name, kind: str) -> Stub | None:
-        """Return the stub of the type of a stub's member, which has members itself."""
+        """Return the stub of the type of a stub's member, if this member has members itself."""
         pin = owner.output(member.text)
         if pin.given or pin.wanted:
             return self._stubs.get(pin.given[0].upper()) if pin.given else None

@@ -21,7 +21,7 @@ from structured_text.projects.stubs.uses import Uses
 
 __all__ = ["Stubs", "infer_stubs"]
 
-#: Largest number of passes: each one may find names that the stubs of the one before made visible.
+#: Largest number of passes. The stubs of a pass can reveal further missing names.
 _PASSES = 10
 _HEAD = (
     "(* An interface without statements, inferred from its use by `{command} check --stubs`.\n"
@@ -139,6 +139,8 @@ def _missing(
         return mentions.space_stub(whole) if whole.upper() in spaces or "." in whole else None
     if "there is no function" in message:
         return mentions.function_stub(name)
+    if key in spaces:
+        return mentions.space_stub(name)
     if not message.endswith(" is not declared"):
         return mentions.type_stub(name)
     if mentions.is_base(name) and (referring or libraries_of(name)):

@@ -46,6 +46,10 @@ class Framework:
         started: The global variable that is TRUE after the first call of one of `run`.
         done: The global variable that is TRUE when all suites have finished.
         aborted: The global variable that is TRUE when a wrong call has ended the run.
+        call: The function that calls a suite; FALSE if the suite has failed at run time.
+        tests: The array of a suite with its tests, which have `Name` and `Skipped`.
+        test: The global variable with the number of the test that is called; 0: none yet.
+        failed: The global variable that ends the current test after an error at run time.
         case: The function block that the tests of TEST files extend.
         words: The names that the tests of TEST files use, see `test_files.TestFiles`.
     """
@@ -62,6 +66,10 @@ class Framework:
     started: str
     done: str
     aborted: str
+    call: str
+    tests: str
+    test: str
+    failed: str
     case: str
     words: Mapping[str, str]
 
@@ -91,7 +99,7 @@ class Framework:
         return replace(files, own=own, lib=(*files.lib, *parts)), titles
 
     def _started(self, own: Sequence[Path]) -> list[Path]:
-        """Return a configuration of the programs that run suites, where several have no task."""
+        """Return a configuration of all programs that run suites, if several lack a task."""
         programs: list[tuple[str, str, Path]] = []
         for file in own:
             try:

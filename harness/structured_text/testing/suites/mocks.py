@@ -1,4 +1,4 @@
-"""Time and mocks for the tests of TEST files: what their statements do to the program."""
+"""Time and mocks for the tests of TEST files: the effects of their statements on the program."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Mocks:
         return True
 
     def mock(self, name: str) -> bool:
-        """Let the calls of an instance do nothing but be counted."""
+        """Replace each call of an instance by an increment of its counter."""
         path = f"{self.path()}.{name}"
         kind = self._program.type_of(path)
         if not isinstance(kind, BlockType):

@@ -99,7 +99,7 @@ class Results:
 
     Attributes:
         suites: All suites, in the order of their declaration.
-        notes: One line for each thing that is no failure but deserves attention.
+        notes: One line for each fact that deserves attention but is not a failure.
         messages: What the program has logged, in order.
         scans: Number of scans.
         duration_us: Virtual time of the run [us].

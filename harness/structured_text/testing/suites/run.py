@@ -8,8 +8,10 @@ from fnmatch import fnmatchcase
 from typing import Any
 
 from structured_text.bench import Bench
+from structured_text.engines.builtin.objects import handed_back
 from structured_text.engines.builtin.program import BuiltinProgram
 from structured_text.errors import InputError
+from structured_text.language.project import Project
 from structured_text.output.paths import real
 from structured_text.output.units import format_us, parse_us
 from structured_text.projects.sources import SourceFiles
@@ -26,6 +28,8 @@ LONGEST = "10m"
 _FIRST_SCANS = 100
 #: Name of the test of asserts before the first test of a suite.
 _NO_TEST = "(before the first test)"
+#: Name of the test of an error that no test of its suite has caused.
+_OUTSIDE = "(outside of the tests)"
 #: Number of failures of a test that are recorded; an assert in a loop may give many.
 _MOST_FAILURES = 100
 #: Number of messages of the program that are recorded.
@@ -69,7 +73,11 @@ def run_suites(
         answers = mocks.answers(framework.words)
         answers |= {framework.note: run.note, framework.selected: run.selected}
         run.end_of_test = mocks.end
-        with program.answering(answers):
+        with (
+            program.answering(answers),
+            program.guarding([framework.call], run.suite_called),
+            program.guarding(_methods(program.project, framework), run.method_called),
+        ):
             run.until(limit_us, progress)
     run.check_selection()
     return run.results
@@ -97,7 +105,8 @@ class _Run:
     results: Results = field(init=False)
     _seen: dict[tuple[Any, ...], _Seen] = field(default_factory=dict)
     _matched: set[str] = field(default_factory=set)
-    _last: Case | None = None
+    _begun_in_method: int = 0
+    _ended: dict[tuple[int, str], int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         names = self.framework
@@ -114,6 +123,7 @@ class _Run:
         self.results = Results(list(suites.values()))
         self._suites = [suites[self._name(path)] for path in self._paths]
         self._current = self.program.reader([names.current])
+        self._test = self.program.reader([names.test])
         self._flags = self.program.reader([names.done, names.aborted, names.started])
 
     def _name(self, path: str) -> str:
@@ -169,15 +179,8 @@ class _Run:
                 progress(bench.now_us / limit_us)
 
     def _broken(self, error: InputError) -> None:
-        """Record an error of the program at run time as an error of the test that runs."""
-        place = Place(error.file, error.line or 1) if error.file else None
+        """Record an error at run time outside of the suites, which ends the run."""
         self.results.ended = f"the program has ended with an error: {error}"
-        number = self._current()[0]
-        if number and self._last is not None and self._last.unfinished:
-            if place is None or str(real(place.file)) in self.framework.files:
-                place = self._last.place
-            failure = Failure(place, error.message, None, "", self.bench.now_us)
-            self._last.failures.append(failure)
 
     def check_selection(self) -> None:
         """Raise InputError if a name of `only` has matched no test."""
@@ -207,15 +210,12 @@ class _Run:
                 self.results.messages.append(message)
             return True
         suite = self._suite()
-        key = name or _NO_TEST
-        if self.titles:
-            key = f"{self.path()} {key}"  # tests of one file may have one name
+        key = self._key(name or _NO_TEST)
         test = suite.tests.get(key)
         if test is None:
             now = self.bench.now_us
             test = suite.tests[key] = Case(name or _NO_TEST, self._place(), now)
             test.ended_us = None if name else now
-        self._last = test
         if event == "skip":
             test.skipped = True
         elif event == "finish":
@@ -234,6 +234,72 @@ class _Run:
             test.failures.append(Failure(self._place(), text, None, "", self.bench.now_us))
         return True
 
+    # --- errors at run time ---
+
+    def suite_called(self, name: str, first: Any, call: Callable[[], Any]) -> Any:
+        """Run the call of a suite; an error ends this suite, and is one of its current test."""
+        self._begun_in_method = 0
+        try:
+            return call()
+        except InputError as error:
+            suite = self._suite()
+            test = self._erring()
+            if test is None or test.ended_us is not None:
+                test = suite.tests.setdefault(_OUTSIDE, Case(_OUTSIDE, None, self.bench.now_us))
+            self._record(test, error)
+            for other in suite.tests.values():
+                if other.unfinished:
+                    why = f"has not finished, because an error has ended the suite: {error.message}"
+                    self._record(other, InputError(why))
+            return False
+
+    def method_called(self, name: str, instance: Any, call: Callable[[], Any]) -> Any:
+        """Run a method of a suite; an error ends its test, and the method is not called again."""
+        key = id(instance), name
+        if (number := self._ended.get(key)) is not None:
+            if number:  # asserts behind the call belong to its test, too
+                self.program.write(self.framework.test, number)
+                self.program.write(self.framework.failed, True)
+            return False
+        before = self._test()[0]
+        try:
+            return call()
+        except InputError as error:
+            number = self._test()[0]
+            of_test = number != before or (number != 0 and number != self._begun_in_method)
+            self._ended[key] = number if of_test else 0
+            if of_test:
+                if (test := self._erring()) is not None:
+                    self._record(test, error)
+                self.program.write(self.framework.failed, True)
+            else:
+                title = name.rpartition(".")[2]
+                new = Case(title, None, self.bench.now_us)
+                self._record(self._suite().tests.setdefault(f"method {title}", new), error)
+            return False
+        finally:
+            if self._test()[0] != before:
+                self._begun_in_method = self._test()[0]
+
+    def _erring(self) -> Case | None:
+        """Return the test that is called; None if there is none, or if it is not to run."""
+        number: int = self._test()[0]
+        if not number:
+            return None
+        found = self.program.read(f"{self.path()}.{self.framework.tests}[{number}]")
+        return None if found["Skipped"] else self._suite().tests.get(self._key(found["Name"]))
+
+    def _record(self, test: Case, error: InputError) -> None:
+        """End a test with an error."""
+        place = Place(error.file, error.line or 1) if error.file else None
+        if place is None or str(real(place.file)) in self.framework.files:
+            place = test.place
+        test.failures.append(Failure(place, error.message, None, "", self.bench.now_us))
+        test.place = test.place or place
+        if test.ended_us is None:
+            test.ended_us = self.bench.now_us
+        self.end_of_test()
+
     def _fail(self, test: Case, expected: str, actual: str, message: str) -> None:
         """Record a failed assert, unless it is the repetition of one of an earlier cycle."""
         failure = Failure(self._place(), message, expected, actual, self.bench.now_us)
@@ -246,6 +312,10 @@ class _Run:
             seen.most = seen.number
             if len(test.failures) < _MOST_FAILURES:
                 test.failures.append(failure)
+
+    def _key(self, name: str) -> str:
+        """Return the key of a test; the tests of a TEST file may have the same name."""
+        return f"{self.path()} {name}" if self.titles else name
 
     def _suite(self) -> Suite:
         number: int = self._current()[0]
@@ -266,3 +336,15 @@ class _Run:
 
 def _matches(names: Sequence[str], pattern: str) -> bool:
     return any(fnmatchcase(name.lower(), pattern.lower()) for name in names)
+
+
+def _methods(project: Project, framework: Framework) -> list[str]:
+    """Return the methods of suites that the program declares, by `Block.Method`."""
+    objects = project.objects
+    suites = objects.derived(framework.suite.upper())
+    return [
+        method.name
+        for suite in suites
+        for method in objects.own[suite].values()
+        if not handed_back(method)
+    ]

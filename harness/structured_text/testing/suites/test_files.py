@@ -284,7 +284,7 @@ class _File:
 
 
 def _with_blocks(file: Path) -> Path:
-    """Return a source whose programs are function blocks, and which configures none."""
+    """Return a source with function blocks instead of programs, and without a configuration."""
     try:
         text = source_text(file)
     except InputError:

@@ -1,4 +1,4 @@
-"""Lets the tests of this folder import `probes`, which the script `record.py` imports too."""
+"""Let the tests of this folder import `probes`, as the script `record.py` does."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
-"""Small programs that every engine must run alike, and what an engine makes of them.
+"""Small programs that every engine must run alike, and their recorded traces.
 
-A probe is `NAME.st` in tests/data/language, with `NAME.json` beside it where something is to be
-written: values by path, by the number of the scan before which they are written. Its trace,
-recorded from matiec by `record.py`, is tests/data/traces/NAME.jsonl: a line that says where it
-comes from, a line with every variable before the first scan, then a line per scan with those
-that changed.
+A probe is `NAME.st` in tests/data/language. `NAME.json` beside it contains values to write, by
+path, by the number of the scan before which they are written. `record.py` records the probe's trace
+from matiec in tests/data/traces/NAME.jsonl. The first line of a trace names its origin, the second
+has every variable before the first scan, and each further line has the variables that changed in a
+scan.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def _run(program: Program, probe: Probe) -> Iterator[dict[str, Any]]:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value as JSON holds it: durations in microseconds, dates as ISO text."""
+    """Return a value in JSON form: durations in microseconds, dates as ISO text."""
     if isinstance(value, list):
         return [_plain(item) for item in value]
     if isinstance(value, dict):

@@ -1,4 +1,4 @@
-"""The examples run alike on all engines, whatever the robot sends."""
+"""The examples run alike on all engines for any data from the robot."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from structured_text.language.types import BlockType, StructType
 from structured_text.projects.needed import needed
 
 _PLC = Path(__file__).parents[4] / "plc"
-#: Examples whose image is a pair of arrays; the others have tests of their own.
+#: Examples with a pair of arrays as their image. The other examples have tests of their own.
 EXAMPLES = [
     path.parent
     for path in sorted((_PLC / "examples").glob("*/Config.st"))
@@ -35,7 +35,10 @@ def _build(example: Path, engine: str) -> Program:
 )
 @pytest.mark.parametrize("engine", COMPILED)
 def test_the_examples_run_alike_on_each_engine(example: Path, seed: int, engine: str) -> None:
-    """Bits of the input area flip at random, now and then by the dozen; the link comes and goes."""
+    """Bits of the input area change at random, sometimes a dozen at once.
+
+    The link comes and goes.
+    """
     one, two = _build(example, engine), _build(example, "builtin")
     paths = [path for path, kind in one.walk() if not isinstance(kind, (StructType, BlockType))]
     starts = [path for path, _ in one.walk() if re.fullmatch(r"Main\.Start\d?", path)]

@@ -1,7 +1,7 @@
-"""Differences of matiec from the standard; the built-in engine follows the standard.
+"""matiec differs from the standard in known points, in which the built-in engine follows it.
 
-The library and the probes stay away from these spots; a program that meets one of them behaves
-differently on the two engines.
+The library and the probes avoid these points. A program that uses them behaves differently on the
+two engines.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ def _values(tmp_path: Path, variables: str, body: str) -> dict[str, object]:
 
 
 def test_a_for_loop_from_0_to_0_runs_once(tmp_path: Path) -> None:
-    """Newer matiec (2024 on) skips the last round where start plus step is beyond the end."""
+    """From 2024 on, matiec skips the last iteration if start plus step is beyond the end."""
     seen = _values(
         tmp_path,
         "I : INT; Rounds : INT; Single : INT;",
@@ -33,7 +33,7 @@ def test_a_for_loop_from_0_to_0_runs_once(tmp_path: Path) -> None:
 
 
 def test_durations_that_add_up_to_whole_seconds_compare_as_such(tmp_path: Path) -> None:
-    """A sum of matiec keeps 1000 ms beside the seconds, and is then less than the next second."""
+    """In matiec, such a sum has 0 s and 1000 ms, and compares as less than 1 s."""
     seen = _values(
         tmp_path,
         "Reached : BOOL; Same : BOOL; Below : BOOL;",
@@ -46,13 +46,13 @@ def test_durations_that_add_up_to_whole_seconds_compare_as_such(tmp_path: Path) 
 
 @pytest.mark.parametrize("literal", ["T#1ms", "T#64ms", "T#1s300ms"])
 def test_a_duration_is_what_its_literal_says(literal: str, tmp_path: Path) -> None:
-    """Many literals of matiec are one nanosecond short, so that sums and `=` are wrong."""
+    """In matiec, many durations are one nanosecond too short, so that sums and `=` are wrong."""
     doubled = {"T#1ms": "T#2ms", "T#64ms": "T#128ms", "T#1s300ms": "T#2600ms"}[literal]
     seen = _values(tmp_path, "Same : BOOL;", f"Same := {literal} + {literal} = {doubled};")
     assert seen["Same"] is True
 
 
 def test_a_string_literal_may_hold_a_line_feed(tmp_path: Path) -> None:
-    """The line feed goes into matiec's C text unchanged, which C compilers refuse."""
+    """The line feed is copied into matiec's C text, and C compilers refuse that."""
     seen = _values(tmp_path, "Text : STRING := 'a$Lb';", "Text := CONCAT(Text, '$N');")
     assert seen["Text"] == "a\nb\n"

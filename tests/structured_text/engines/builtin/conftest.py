@@ -1,4 +1,4 @@
-"""Runs programs that a test writes down, on the built-in engine."""
+"""A fixture that runs a test's program on the built-in engine."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from structured_text.engines.builtin import BuiltinProgram
 def run(build: Callable[[str], BuiltinProgram]) -> Callable[..., Any]:
     """Return a function that runs one scan of a PROGRAM made of variables and statements.
 
-    Gives the variables named in `want`, one as it is, several as a tuple.
+    The function returns the value of the variable in `want`, or a tuple if `want` names several.
     """
 
     def run_once(variables: str, body: str, want: str, before: str = "") -> Any:

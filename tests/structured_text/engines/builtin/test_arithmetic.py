@@ -1,4 +1,4 @@
-"""Arithmetic and conversions, with values worked out by hand."""
+"""Arithmetic and conversions give values that were calculated by hand."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_numbers_without_a_type_are_divided_in_the_same_way(
     [
         pytest.param("A : INT := 7; B : INT; U : UINT := 7; V : UINT;",
                      "A := A MOD B; U := U MOD V;", "A U", (0, 0), id="modulo 0 is 0"),
-        # Also in a comparison, where nothing else says which type; 32767 + 1 wraps as INT.
+        # The type INT also applies in a comparison without other types: 32767 + 1 wraps.
         pytest.param("I : INT := 32767; T1 : TIME := T#2s; B, C, D : BOOL;",
                      "B := 1 + I = -32768; C := -1 < 2 * I + 1; D := MAX(1, I) = I;",
                      "B C D", (True, False, True), id="an untyped number takes the other's type"),
@@ -58,7 +58,7 @@ def test_numbers_without_a_type_are_divided_in_the_same_way(
         pytest.param("A : WORD := 16#F0F0; B : WORD := 16#FF00; C, D, E, F : WORD;",
                      "C := A AND B; D := A OR B; E := A XOR B; F := NOT A;",
                      "C D E F", (0xF000, 0xFFF0, 0x0FF0, 0x0F0F), id="bit by bit"),
-        # Half a nanosecond is dropped, also 4000 times, as in matiec.
+        # A fraction of a nanosecond is dropped in each of 4000 additions, as in matiec.
         pytest.param("A : TIME := T#1ms; F : REAL := 5.0E-7; G : REAL := 2.0E6; S1, Q1 : TIME;"
                      "I : INT;",
                      "FOR I := 1 TO 4000 DO S1 := S1 + A * F; Q1 := Q1 + A / G; END_FOR;",
@@ -114,7 +114,7 @@ def test_a_literal_has_its_standard_value(run: Run, literal: str, kind: str, val
 def test_a_conversion_gives_what_fits_the_target(
     run: Run, conversion: str, kind: str, value: str, result: Any
 ) -> None:
-    """Conversions that `standard_table` does not contain."""
+    """The test has the conversions that `standard_table` does not contain."""
     source = conversion.split("_TO_")[0]
     assert run(f"A : {source} := {value}; X : {kind};", f"X := {conversion}(A);", "X") == result
 
@@ -143,7 +143,7 @@ def test_code_in_many_brackets_has_its_value(run: Run, depth: int) -> None:
     ],
 )
 def test_functions_take_untyped_numbers(run: Run, call: str, kind: str, value: Any) -> None:
-    """The others are in `standard_table`."""
+    """The other functions with untyped numbers are in `standard_table`."""
     assert run(f"X : {kind};", f"X := {call};", "X") == value
 
 

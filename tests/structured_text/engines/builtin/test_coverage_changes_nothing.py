@@ -1,4 +1,4 @@
-"""Counting coverage never changes what a program does: random conditions, with and without it."""
+"""Counting coverage never changes a program's behaviour, tested with random conditions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from structured_text.language.load import load
 from structured_text.language.project import Project
 from structured_text.language.source import in_dialect
 
-#: Conditions with effects (calls), with errors for some values, and without either.
+#: Conditions that have effects (calls), that cause errors for some values, or neither.
 _LEAVES = (
     *("A", "B", "N > 2", "F_Count(A)", "F_Count(N = 1)", "F_Set(K := N) > 2", "Field[N] > 0"),
     *("10 / N > 1", "SQRT(X) > 1.0", "REAL_TO_INT(Big * X) > 0", "N MOD 2 = 0"),
@@ -73,7 +73,7 @@ _CONDITIONS = st.recursive(
 
 
 def _behaviour(project: Project, collector: Collector | None) -> list[str]:
-    """Return the values after each of some scans, up to an error and its place."""
+    """Return the values after each of some scans, up to the first error and its place."""
     program = BuiltinProgram.build(project, collector)
     paths = ["Calls", *(f"Main.{one}" for one in ("R", "Q", "N", "Chosen", "Worker.Steps", "Fast"))]
     seen: list[str] = []

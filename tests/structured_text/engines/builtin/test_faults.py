@@ -1,4 +1,4 @@
-"""Mistakes that show only while a program runs: named with the line of the statement."""
+"""Errors during a run are reported with the line of the statement."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A running program seen from outside: paths, bytes, snapshots, tasks, instances."""
+"""Access to a running program from outside: paths, bytes, snapshots, tasks, instances."""
 
 from __future__ import annotations
 
@@ -184,7 +184,7 @@ def test_each_task_runs_in_every_scan_of_its_interval_in_order_of_priority(build
         rows.append(tuple(program.read(f"{name}.N") for name in ("F1", "S1", "E1")))
     assert program.tick_us == 10_000
     assert rows == [(1, 1, 1), (1, 1, 2), (2, 1, 3), (2, 2, 4), (3, 2, 5), (3, 2, 6), (4, 3, 7)]
-    # In the last scan all three ran: first the task of the highest priority, last the free one.
+    # All three programs ran in the last scan: the highest priority first, the free program last.
     assert [program.read(f"{name}.Seen") for name in ("F1", "S1", "E1")] == [112, 113, 114]
     assert program.read("Order1") == program.read("S1.Order1") == 114
 

@@ -1,4 +1,4 @@
-"""The standard blocks, cycle by cycle."""
+"""The standard blocks have the right outputs in each scan."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ _MS = timedelta(milliseconds=1)
 def _trace(
     build: Build, kind: str, levels: dict[str, str], changes: Changes, outputs: list[str], step: int
 ) -> dict[str, Any]:
-    """Return the outputs of a block per scan: one character of a BOOL, milliseconds of a TIME.
+    """Return the outputs of a block per scan: a character for a BOOL, milliseconds for a TIME.
 
-    Of an input each scan has one character, 1 is TRUE; any other input stays until it changes.
+    A string of inputs has one character per scan, where 1 is TRUE. Any other input is constant
+    until it is set again.
     """
     program = build(f"PROGRAM P1\nVAR B1 : {kind}; END_VAR\nB1();\nEND_PROGRAM")
     found: dict[str, list[Any]] = {pin: [] for pin in outputs}
@@ -52,13 +53,13 @@ def _case(
 def _timer(
     name: str, kind: str, levels: str, times: dict[int, int], q: str, et: list[int], step: int = 10
 ) -> Any:
-    """Return a timer case. `times` is in milliseconds, by the scan that sets them."""
+    """Return a timer case. `times` has milliseconds, by the number of the scan that sets them."""
     changes = {scan: {"PT": f"T#{ms}ms"} for scan, ms in times.items()}
     return _case(name, kind, {"IN": levels}, changes, {"Q": q} | ({"ET": et} if et else {}), step)
 
 
 _PT = {0: 30}
-_LONGER = {0: 20, 5: 60}  # two scans after it is over
+_LONGER = {0: 20, 5: 60}  # two scans after its end
 _TIMERS = [
     _timer("switches on when its time is over", "TON", "01111100110", _PT,
            "00001100000", [0, 0, 10, 20, 30, 30, 0, 0, 0, 10, 0]),
@@ -97,21 +98,31 @@ _EDGES = [
     _case("keeps its state", "RS", {"S": "100000", "R1": "000100"}, {}, {"Q1": "111000"}),
 ]
 _COUNTERS = [
-    _case("counts edges up to its preset", "CTU", {"CU": "0101010101"},
+    _case("counts edges beyond its preset", "CTU", {"CU": "0101010101"},
           {0: {"PV": 3}, 8: {"R": True}},
-          {"Q": "0000011100", "CV": [0, 1, 1, 2, 2, 3, 3, 3, 0, 0]}),
+          {"Q": "0000011100", "CV": [0, 1, 1, 2, 2, 3, 3, 4, 0, 0]}),
     *(_case("counts an edge once and not the one during its reset", kind, {"CU": "01100110"},
             {0: {"PV": 5}, 1: {"R": True}, 2: {"R": False}}, {"CV": [0, 0, 0, 0, 0, 1, 1, 1]})
       for kind in ("CTU", "CTU_UDINT")),
     *(_case("stops at the greatest value of its type", kind, {"CU": "0101"},
             {0: {"PV": top, "CV": top - 1}}, {"Q": "0111", "CV": [top - 1, top, top, top]})
       for kind, top in (("CTU", 32767), ("CTU_DINT", 2**31 - 1), ("CTU_ULINT", 2**64 - 1))),
-    _case("without a preset is at its end", "CTU", {"CU": "01"}, {}, {"Q": "11", "CV": [0, 0]}),
-    _case("without a preset is at its end", "CTD", {"CD": "01"}, {}, {"Q": "11", "CV": [0, 0]}),
-    _case("without a preset is at both ends", "CTUD", {"CU": "01"}, {}, {"QU": "11", "QD": "11"}),
-    _case("loads its preset and counts down to zero", "CTD_DINT", {"CD": "001010101"},
+    *(_case("counts down to the least value of its type", kind, {"CD": "0101"},
+            {0: {"CV": least + 1}}, {"Q": "1111", "CV": [least + 1, least, least, least]})
+      for kind, least in (("CTD", -32768), ("CTD_DINT", -(2**31)), ("CTD_LINT", -(2**63)))),
+    _case("counts down to 0", "CTD_UDINT", {"CD": "0101"}, {0: {"CV": 1}},
+          {"Q": "0111", "CV": [1, 0, 0, 0]}),
+    _case("without a preset is at its end", "CTU", {"CU": "01"}, {}, {"Q": "11", "CV": [0, 1]}),
+    _case("without a preset is at its end", "CTD", {"CD": "01"}, {}, {"Q": "11", "CV": [0, -1]}),
+    _case("without a preset is at both ends", "CTUD", {"CU": "00"}, {}, {"QU": "11", "QD": "11"}),
+    _case("loads its preset and counts down below zero", "CTD_DINT", {"CD": "001010101"},
           {0: {"PV": 2, "LD": True}, 1: {"LD": False}},
-          {"Q": "000011111", "CV": [2, 2, 1, 1, 0, 0, 0, 0, 0]}),
+          {"Q": "000011111", "CV": [2, 2, 1, 1, 0, 0, -1, -1, -2]}),
+    _case("counts beyond its preset and back", "CTUD",
+          {"CU": "01010101010000", "CD": "00000000000101"}, {0: {"PV": 3}},
+          {"QU": "00000111111111", "CV": [0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 4, 4, 3]}),
+    _case("counts below zero and back", "CTUD", {"CU": "0000101", "CD": "0101000"}, {0: {"PV": 1}},
+          {"QD": "1111111", "CV": [0, -1, -1, -2, -1, -1, 0]}),
     _case("loads before it counts and the edge is used up", "CTD", {"CD": "01101"},
           {0: {"PV": 3, "LD": True}, 2: {"LD": False}}, {"CV": [3, 3, 3, 3, 2]}),
     _case("ignores edges up and down at the same time", "CTUD",
@@ -123,7 +134,7 @@ _COUNTERS = [
     _case("resets before it loads and loads before it counts", "CTUD",
           {"CU": "101100", "CD": "000001"},
           {0: {"PV": 3}, 2: {"LD": True}, 3: {"R": True}, 4: {"LD": False, "R": False}},
-          {"QU": "001000", "QD": "000111", "CV": [1, 1, 3, 0, 0, 0]}),
+          {"QU": "001000", "QD": "000111", "CV": [1, 1, 3, 0, 0, -1]}),
 ]  # fmt: skip
 
 

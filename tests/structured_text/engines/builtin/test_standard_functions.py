@@ -1,6 +1,6 @@
-"""Every standard function at its limits, on both engines: the table of `standard_table`.
+"""Every row of `standard_table` holds: each standard function at its limits, on both engines.
 
-Each row runs twice: with its arguments as literals, and as variables.
+Each row runs twice: with literals and with variables as arguments.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Statements, functions and blocks."""
+"""Statements, functions and blocks have their specified effects."""
 
 from __future__ import annotations
 

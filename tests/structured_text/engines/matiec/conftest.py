@@ -1,4 +1,4 @@
-"""Compiles ST texts with matiec."""
+"""A fixture that compiles ST texts with matiec."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from structured_text.language.load import load
 
 @pytest.fixture
 def compiled(matiec: Matiec, tmp_path: Path) -> Callable[..., MatiecProgram]:
-    """Return a function that compiles its texts, each as one file."""
+    """Return a function that writes each text into a file and compiles the files."""
 
     def compile_texts(*texts: str) -> MatiecProgram:
         files = []

@@ -4,9 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from structured_text.engines.matiec.build import Matiec, Wanted, compile_program
+from structured_text.engines.matiec.build import Matiec, RefusedCodeError, Wanted, compile_program
 from structured_text.engines.native.toolchain import find_c_compiler
-from structured_text.errors import InputError
 
 WANTED = Wanted(instances=("MAIN",), globals=(), layout=("sizeof(PROBE)",))
 
@@ -48,7 +47,7 @@ def test_a_program_is_compiled_once_and_then_taken_from_the_cache(
 
 
 def _forbidden(*_: object) -> None:
-    raise AssertionError("compiled again")
+    raise AssertionError("the program was compiled again")
 
 
 def test_any_change_compiles_anew(cache: Path, matiec: Matiec, compiler: str) -> None:
@@ -86,6 +85,6 @@ def test_a_failing_compiler_is_reported(cache: Path, matiec: Matiec, tmp_path: P
     failing = tmp_path / "cc"
     failing.write_text("#!/bin/sh\necho 'x.c:1:2: error: no such thing' >&2\nexit 1\n")
     failing.chmod(0o755)
-    with pytest.raises(InputError, match="error: no such thing"):
+    with pytest.raises(RefusedCodeError, match="error: no such thing"):
         compile_program(_text(1), WANTED, matiec, str(failing))
     assert list(cache.iterdir()) == []

@@ -17,7 +17,7 @@ Compile = Callable[..., MatiecProgram]
 
 @pytest.fixture
 def joined(tmp_path: Path) -> tuple[Project, SourceText]:
-    """Return a program of five lines and its type of three lines, whose file comes last."""
+    """Return a program of five lines, followed by a file of three lines with its type."""
     program, kind = tmp_path / "program.st", tmp_path / "kind.st"
     program.write_text("PROGRAM PROBE\n  VAR\n    P : POINT;\n  END_VAR\n  P.X := 1; END_PROGRAM")
     kind.write_text("TYPE POINT : STRUCT\r\n    X : INT;\r\n  END_STRUCT; END_TYPE\r\n")
@@ -106,7 +106,7 @@ END_CONFIGURATION
 
 
 def test_programs_declared_against_their_priorities_are_refused(compiled: Compile) -> None:
-    """Quick would run first on matiec, whatever its task's priority says."""
+    """On matiec, Quick would run first, whatever priority its task has."""
     with pytest.raises(
         InputError, match=r"runs programs as they are declared \(Quick, Slow\)"
     ) as no:

@@ -1,9 +1,9 @@
-"""The known faults of matiec: which programs they concern, and what happens to such a program.
+"""The known faults of matiec are detected in the programs that they affect.
 
-Each row is a fault, and a program: its declarations, its variables and its statements. `value` is
-that of `V` after one scan, from IEC 61131-3 by hand; it is None for a program that matiec cannot
-compile. That matiec has the fault, and computes the other programs as all engines do, is tested
-with the installed matiec.
+Each row has a program: its declarations, variables and statements. `value` is the value of `V`
+after one scan, calculated by hand from IEC 61131-3, or None if matiec cannot compile the program.
+Tests with the installed matiec check that it has each fault, and that it runs the unaffected
+programs as all engines do.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from structured_text.language.load import load
 
 
 class Row(NamedTuple):
-    """A program whose `V` has the value `value` after one scan."""
+    """A program, and the value of its variable `V` after one scan."""
 
     variables: str
     body: str
@@ -38,6 +38,9 @@ class Row(NamedTuple):
 
 _THREE = "TYPE THREE : ARRAY [0..2] OF DINT; END_TYPE\n"
 _POINT = "TYPE POINT : STRUCT X : INT; Y : INT; END_STRUCT; END_TYPE\n"
+
+_TWICE = "C(CU := TRUE, PV := 1); C(CU := FALSE); C(CU := TRUE, PV := 1);"
+_AGAIN = "C(CU := TRUE, R := FALSE, PV := 1);"
 
 #: Programs that a fault concerns.
 AFFECTED = {
@@ -89,6 +92,26 @@ AFFECTED = {
     ],
     "find": [Row("V : INT; T : STRING := 'aab';", "V := FIND(T, 'ab');", 2)],
     "limit": [Row("V : INT; A : INT := 5;", "V := LIMIT(10, A, 0);", 0)],
+    "counters": [
+        # Two edges in one scan.
+        Row("C : CTU; V : INT;", f"{_TWICE} V := C.CV;", 2),
+        Row("C : CTU; V : INT;", f"{_TWICE}\nC(CU := FALSE, CV => V);", 2),
+        Row("C : CTUD; V : BOOL;", f"{_TWICE} C(CU := FALSE, CD := TRUE); V := C.QU;", True),
+        Row("C : CTUD; V : BOOL;",
+            "C(CD := TRUE, PV := 1); C(CU := TRUE, CD := FALSE); V := C.QD;", True),
+        Row("C : CTD_DINT; V : DINT;", "C(CD := TRUE); V := C.CV;", -1),
+        # PV rises after CV has passed it.
+        Row("C : CTU; V : BOOL; N : INT := 1;",
+            f"{_TWICE.replace('PV := 1', 'PV := N')} N := 2; C(CU := FALSE, PV := N); V := C.Q;",
+            True),
+        Row("C : CTU; V : BOOL;", f"{_TWICE} C(PV := 2); V := C.Q;", True),
+        Row("C : CTU; V : BOOL;", "C(CU := TRUE); C(CU := FALSE, PV := 1); V := C.Q;", True),
+        Row("C : CTU; V : BOOL;", f"{_TWICE} C.PV := 2; C(CU := FALSE); V := C.Q;", True),
+        # Not reset by its Q in one of the calls; a PV of 0 sets Q only after the first call.
+        Row("C : CTU; V : INT;",
+            f"C(CU := TRUE, R := C.Q, PV := 1); C(CU := FALSE); {_AGAIN} V := C.CV;", 2),
+        Row("C : CTU; V : INT;", "C(CU := TRUE, R := C.Q, PV := 0); V := C.CV;", 1),
+    ],
     "function_array": [
         Row("A : THREE; V : DINT;", "A[1] := 4; V := SECOND_OF(A);", None, _THREE +
             "FUNCTION SECOND_OF : DINT VAR_INPUT L : THREE; END_VAR SECOND_OF := L[1];"
@@ -115,7 +138,7 @@ AFFECTED = {
     "text_line_feed": [Row("V : STRING;", "V := 'a$Lb';", None)],
 }  # fmt: skip
 
-#: Programs that are like those, and that no fault concerns.
+#: Similar programs that no fault affects.
 FINE = [
     Row("I : INT; V : INT;", "FOR I := 1 TO 2 DO V := V + 1; END_FOR;", 2),
     Row("I : INT; V : INT;", "FOR I := 1 TO 0 DO V := V + 1; END_FOR;", 0),
@@ -143,6 +166,16 @@ FINE = [
     Row("V : INT; A, B, C : INT;", "A := 4; V := A;", 4),
     Row("V : DINT; L : GRID;", "L[1, 2] := 4; V := L[1, 2];", 4,
         "TYPE GRID : ARRAY [0..1, 0..2] OF DINT; END_TYPE"),
+    Row("C : CTU; V : BOOL;", f"{_TWICE} V := C.Q;", True),
+    Row("C : CTU; V : BOOL; N : INT := 2;", f"{_TWICE} C(CU := FALSE, Q => V);", True),
+    Row("C : CTU; V : BOOL; END_VAR VAR CONSTANT N : INT := 1;",
+        f"{_TWICE.replace('PV := 1', 'PV := N')} C(R := TRUE); V := C.Q;", False),
+    Row("C : CTD; V : BOOL; N : INT;", "C(CD := TRUE, PV := N); V := C.Q;", True),
+    Row("C : CTD_UDINT; V : UDINT;", "C(CD := TRUE); V := C.CV;", 0),
+    Row("C : CTU; V : INT; B : BOOL;", "FOR V := 1 TO 5 DO C(CU := NOT B, R := B OR C.Q, PV := 1);"
+        " B := NOT B; END_FOR; V := C.CV;", 1),
+    Row("C : CTU; V : INT; B : BOOL := TRUE;", "C(CU := B AND NOT C.Q, PV := 1);"
+        " C(CU := FALSE); C(CU := B AND NOT C.Q, PV := 1); V := C.CV;", 1),
     Row("V : DINT; A : LIST;", "A[1] := 4; V := A[1];", 4, _THREE +
         "TYPE LIST : THREE; END_TYPE"),
 ]  # fmt: skip
@@ -163,7 +196,7 @@ def _shown(value: object) -> object:
 
 
 def test_every_fault_has_a_program_that_shows_it() -> None:
-    """Only faults that depend on the values of a run have no detector.
+    """Only faults that depend on values during the run have no detector and no program.
 
     Source: the table itself.
     """
@@ -245,7 +278,7 @@ def test_an_inexact_duration_is_known(nanoseconds: int, exact: bool) -> None:
 
 @pytest.fixture
 def with_matiec(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Let a matiec of today be found, whose programs the built-in engine runs."""
+    """Simulate an installed recent matiec; the built-in engine runs its programs."""
     iec2c = tmp_path / "iec2c"
     iec2c.write_bytes(b"... int __do_increment = 0; ...")
     monkeypatch.setattr(chooser, "find_matiec", lambda: Matiec(iec2c, tmp_path, tmp_path))

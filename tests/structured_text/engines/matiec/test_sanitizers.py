@@ -1,4 +1,4 @@
-"""The library's C code from matiec, under AddressSanitizer and UBSan."""
+"""The library's C code from matiec passes AddressSanitizer and UBSan."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def _run(*arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_the_library_leaves_nothing_undefined_and_never_leaves_its_arrays(matiec: Matiec) -> None:
-    """Areas, Execute pins, offsets and sizes are random, some of them illegal, for 5,000 scans."""
+    """Areas, Execute pins, offsets and sizes are random for 5,000 scans, and some are illegal."""
     done = _run()
     assert done.returncode == 0, done.stderr
     assert done.stdout == "no finding\n"

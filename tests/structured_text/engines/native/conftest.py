@@ -1,4 +1,4 @@
-"""Compiles ST texts with matiec and with STruC++."""
+"""A fixture that compiles ST texts with matiec and with STruC++."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from structured_text.engines.native.program import NativeProgram
 
 @pytest.fixture(params=COMPILED)
 def compiled(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[..., NativeProgram]:
-    """Return a function that compiles its texts, each as one file."""
+    """Return a function that writes each text into a file and compiles the files."""
 
     def compile_texts(*texts: str) -> NativeProgram:
         files = []

@@ -1,4 +1,4 @@
-"""Programs that a compiler of others made, on each of these engines."""
+"""Programs compiled by matiec or STruC++ are run, read and written in the same way."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Compilers that never end."""
+"""External compilers are run with a time limit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From C to a shared object: what is done where a system has no signals for faults."""
+"""C code is compiled to a shared object, also on systems without signals for faults."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Peculiarities of the engine STruC++: it checks bounds and reports a wrong first state."""
+"""The engine STruC++ checks bounds and reports a wrong initial state."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The search for STruC++ and its messages, tested with stand-ins."""
+"""STruC++ is searched for and its messages are read, tested with stand-ins."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def program(tmp_path: Path) -> Path:
 
 
 def _install(monkeypatch: pytest.MonkeyPatch, folder: Path, body: str, compiler: str = "") -> None:
-    """Install a STruC++ and a C++ compiler that run a shell script."""
+    """Install shell scripts in place of STruC++ and a C++ compiler."""
     _executable(folder / "strucpp", body)
     _rest(folder, "runtime/include")
     monkeypatch.setenv("RCX_STRUCPP", str(folder))
@@ -113,7 +113,7 @@ def test_a_refusal_of_strucpp_has_the_users_line(
     place: tuple[str, int | None, int | None],
     message: str,
 ) -> None:
-    """The third line begins behind 37 characters.
+    """The faulty text in the third line begins after 37 characters.
 
     Source: docs/CLI.md of STruC++, Error Output.
     """

@@ -1,4 +1,4 @@
-"""Programs that are larger than any computer: refused before memory is taken for them."""
+"""Programs that are larger than any computer are refused before they take memory."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Errors = Callable[[str], list[InputError]]
 
 
 def _chain(kind: str, levels: int) -> str:
-    """Return types or blocks, each with four instances of the one before."""
+    """Return types or blocks, each with four instances of the previous one."""
     made = {
         "struct": "TYPE T{}: STRUCT {} END_STRUCT; END_TYPE\n",
         "block": "FUNCTION_BLOCK T{} VAR {} END_VAR END_FUNCTION_BLOCK\n",
@@ -24,7 +24,7 @@ def _chain(kind: str, levels: int) -> str:
 
 
 def test_structures_of_structures_are_counted_without_being_made(mistakes_of: Errors) -> None:
-    """n(0) = 2 and n(k) = 4 n(k-1) + 1 elements: 2,446,677 at 10, 9,786,709 at 11.
+    """n(0) = 2 and n(k) = 4 n(k-1) + 1 give 2,446,677 elements at k = 10 and 9,786,709 at k = 11.
 
     Source: docs/reference/limits.md, programs.
     """
@@ -35,7 +35,7 @@ def test_structures_of_structures_are_counted_without_being_made(mistakes_of: Er
 
 
 def test_blocks_in_blocks_are_counted_without_being_made(mistakes_of: Errors) -> None:
-    """(4^9 - 1) / 3 = 87,381 instances in T8, and 349,525 in T9.
+    """T8 has (4^9 - 1) / 3 = 87,381 instances, and T9 has 349,525.
 
     Source: docs/reference/limits.md, programs.
     """
@@ -96,7 +96,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     ],
 )  # fmt: skip
 def test_all_variables_together_have_one_limit(mistakes_of: Errors, text: str, told: str) -> None:
-    """Types, initial values, instances, globals and what functions keep count together.
+    """Types, initial values, instances, globals and variables of functions count together.
 
     Source: docs/reference/limits.md, programs.
     """
@@ -129,7 +129,7 @@ def test_mistakes_are_listed_up_to_the_limit(
 
 
 def test_constants_that_use_each_other_are_worked_out_once(mistakes_of: Errors) -> None:
-    """Each of a chain would look at the whole rest of the chain again.
+    """Each constant of a chain is evaluated once, so a long chain takes little time.
 
     Source: docs/reference/limits.md, programs: 100 in a row.
     """
@@ -140,7 +140,7 @@ def test_constants_that_use_each_other_are_worked_out_once(mistakes_of: Errors) 
 
 
 def test_a_name_has_an_end(mistakes_of: Errors) -> None:
-    """The message has the beginning of the name only.
+    """A long name is cut in the message.
 
     Source: docs/reference/limits.md, programs.
     """
@@ -149,7 +149,7 @@ def test_a_name_has_an_end(mistakes_of: Errors) -> None:
 
 
 def test_comments_that_are_never_closed_are_looked_at_once(mistakes_of: Errors) -> None:
-    """If each comment searched the rest of the file for its end, this would take hours.
+    """If each comment searched the rest of the file for its end, reading would take hours.
 
     Source: docs/reference/limits.md.
     """

@@ -1,6 +1,6 @@
 """Each mistake gives one message, at the place that the user must change.
 
-The lines and columns are counted by hand; the remedies are the words of IEC 61131-3.
+Lines and columns are counted by hand. The remedies use the words of IEC 61131-3.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ Errors = Callable[..., list[InputError]]
 
 _IF = "the IF of this line has no END_IF"
 
-#: Statements from line 3 on: line and column of the message, its text, and its hint.
+#: Statements from line 3 on, with the message: its line and column, its text, and its hint.
 _STATEMENTS = [
     # The end of a group is missing.
     ("IF B THEN\n I := 1;", 3, 1, _IF, "write END_IF before the END_PROGRAM of line 5"),
@@ -31,18 +31,51 @@ _STATEMENTS = [
     # ELSE IF.
     ("IF B THEN\n I := 1;\nELSE IF I = 2 THEN\n I := 3;\nEND_IF;", 5, 1,
      "ELSE IF opens a second IF, so the IF of line 3 has no END_IF", "write ELSIF"),
-    # The end of another kind, and words of other languages.
+    # A group has the end of another kind, or a word of another language.
     ("IF B THEN\n I := 1;\nEND_WHILE;", 5, 1, "END_WHILE does not end the IF of line 3",
      "write END_IF"),
     ("IF B THEN\n I := 1;\nELSEIF I = 2 THEN\n I := 2;\nEND_IF;", 5, 1,
      "ELSEIF is not a word of Structured Text", "write ELSIF"),
     ("IF B THEN\n I := 1;\nENDIF;", 5, 1, "ENDIF is not a word of Structured Text", "write END_IF"),
-    # Signs and words that are missing, or are those of C.
+    # Characters or words are missing or are those of C.
     ("IF I = 1\n I := 2;\nEND_IF;", 3, 9, "THEN is missing", "write it after '1'"),
     ("FOR I := 1 TO 3\n B := TRUE;\nEND_FOR;", 3, 16, "DO is missing", "write it after '3'"),
     ("I = 1;", 3, 3, "= compares, and does not assign", "write :="),
     ("IF I == 1 THEN I := 2; END_IF;", 3, 6, "== is an operator of C", "write = to compare"),
     ("IF B && B THEN I := 2; END_IF;", 3, 6, "&& is an operator of C", "write AND"),
+    ("IF I != 1 THEN I := 2; END_IF;", 3, 6, "!= is an operator of C", "write <>"),
+    ("IF B || B THEN I := 2; END_IF;", 3, 6, "|| is an operator of C", "write OR"),
+    ("IF !B THEN I := 2; END_IF;", 3, 4, "! is an operator of C", "write NOT"),
+    ("I := I % 2;", 3, 8, "% is an operator of C", "write MOD"),
+    ("I += 1;", 3, 3, "+= is not an operator of Structured Text", "write it as a := a + 1"),
+    ("I++;", 3, 2, "++ is not an operator of Structured Text", "write it as a := a + 1"),
+    ("B := I =< 2;", 3, 8, "=< is not an operator of Structured Text", "write <="),
+    ("IF I => 2 THEN I := 2; END_IF;", 3, 6, "=> is not a comparison", "write >="),
+    ("IF I := 1 THEN I := 2; END_IF;", 3, 4, ":= assigns, and does not compare", "write ="),
+    ("I : = 1;", 3, 3, "there is a blank in :=", "write :="),
+    ("IF B THEN I := 1; END IF;", 3, 19, "END IF is written as one word", "write END_IF"),
+    ("IF B THEN I := 1; ELSIF B I := 2; END_IF;", 3, 26, "THEN is missing",
+     "write it after 'B'"),
+    ("IF B THEN I := 1;\nELSE I := 2;\nELSE I := 3; END_IF;", 5, 1,
+     "the IF of line 3 has a second ELSE",
+     "write ELSIF and a condition in place of the first one, or remove it"),
+    ("REPEAT\n I := I + 1;\nEND_REPEAT;", 5, 1, "REPEAT has no UNTIL",
+     "write UNTIL and a condition before it"),
+    ("REPEAT\n I := I + 1;\nUNTIL B;\nI := 2;", 3, 1,
+     "the REPEAT of this line has no END_REPEAT",
+     "write END_REPEAT after the condition of line 5"),
+    ("FOR I := 1 TO 3 STEP 2 DO B := TRUE; END_FOR;", 3, 17, "a FOR has no STEP", "write BY"),
+    ("WHILE B DO BREAK; END_WHILE;", 3, 12, "BREAK is not a word of Structured Text",
+     "write EXIT"),
+    ("RETURN 5;", 3, 1, "RETURN takes no value",
+     "assign the value to the name of the function before"),
+    ("I := (1 + 2));", 3, 13, "there is no ( for this )", "remove it"),
+    ("int c = 3;", 3, 1, "variables are declared between VAR and END_VAR",
+     "write c : INT there"),
+    ("I := 0x1F;", 3, 6, "this number is malformed", "write it as 16#1F"),
+    ("I := 5s;", 3, 6, "this number is malformed", "write the duration as T#5s"),
+    ("# text", 3, 1, "the character '#' has no meaning here",
+     "write a comment as // text or (* text *)"),
     # Exceptions.
     ("__TRY\n I := 1;\n__FINALLY\n I := 2;\n__ENDTRY", 3, 1, "__TRY has no __CATCH",
      "write __CATCH before __FINALLY or __ENDTRY"),
@@ -68,8 +101,44 @@ def test_a_mistake_in_a_body_is_one_message(
     assert (error.message, error.hint) == (message, hint)
 
 
+@pytest.mark.parametrize(
+    ("source", "line", "message", "hint"),
+    [
+        ("PROGRAM P1\nVAR if : INT; type, A : INT; END_VAR\nA := 1;\nEND_PROGRAM", 2,
+         "if is a keyword and cannot be a name", "choose another name"),
+        ("PROGRAM P1\nVAR\n A : INT;\nA := 1;\nEND_PROGRAM", 2,
+         "the VAR section has no END_VAR", "write END_VAR before the A of line 4"),
+        ("PROGRAM P1\nVAR\n INT A;\nEND_VAR\nA := 1;\nEND_PROGRAM", 3,
+         "the name stands before its type", "write A : INT"),
+        ("PROGRAM P1\nVAR A : INTEGER; END_VAR\nA := 1;\nEND_PROGRAM", 2,
+         "there is no type INTEGER", "did you mean INT"),
+        ("PROGRAM P1\nVAR A : UINT16; END_VAR\nA := 1;\nEND_PROGRAM", 2,
+         "there is no type UINT16", "did you mean UINT"),
+        ("PROGRAM P1\nVAR A : INT; (* text\nEND_VAR\nA := 1;\nEND_PROGRAM", 2,
+         "this comment is never closed", "end it with *)"),
+        ("FUNCTION F1\nVAR_INPUT A : INT; END_VAR\nF1 := A;\nEND_FUNCTION", 3,
+         "the FUNCTION F1 has no result", "write FUNCTION F1 : and its type"),
+        ("FUNCTION_BLOCK B1\nMETHOD M1\n;\n\nMETHOD M2\n;\nEND_METHOD\nEND_FUNCTION_BLOCK", 2,
+         "the METHOD of this line has no END_METHOD",
+         "write END_METHOD before the METHOD of line 5"),
+        ("PROGRAM P1\nVAR T1 : TON; B : BOOL; END_VAR\nT1(IN := B PT := T#1s);\nEND_PROGRAM", 3,
+         "a ',' is missing", "write it after 'B'"),
+    ],
+)  # fmt: skip
+def test_a_mistake_in_a_declaration_is_one_message(
+    source: str, line: int, message: str, hint: str, mistakes_of: Errors
+) -> None:
+    """Each name that is a keyword has its message.
+
+    Source: by hand.
+    """
+    first, *others = mistakes_of(source)
+    assert (first.line, first.message, first.hint) == (line, message, hint)
+    assert all("is a keyword" in one.message for one in others)
+
+
 def test_what_follows_a_missing_end_is_checked_too(mistakes_of: Errors) -> None:
-    """Both groups are named, and the next POU is read.
+    """Both groups are reported, and the next POU is read.
 
     Source: by hand.
     """
@@ -98,7 +167,7 @@ def test_what_follows_a_missing_end_is_checked_too(mistakes_of: Errors) -> None:
 def test_a_declaration_without_its_end_is_named(
     source: str, line: int, message: str, mistakes_of: Errors
 ) -> None:
-    """The program behind it is read.
+    """The next program is read.
 
     Source: by hand.
     """

@@ -1,4 +1,4 @@
-"""The precedence of operators."""
+"""Operators have the precedence of IEC 61131-3."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from structured_text.language.parser import parse_text
 
 
 def _shown(node: s.Expression) -> str:
-    """Return the expression with all brackets written."""
+    """Return the expression with all brackets shown."""
     if isinstance(node, s.Binary):
         return f"({_shown(node.left)} {node.op} {_shown(node.right)})"
     if isinstance(node, s.Unary):

@@ -1,4 +1,4 @@
-"""Paths to variables, and the messages for wrong paths."""
+"""Paths lead to variables, and wrong paths are reported."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def test_walk_gives_parents_before_children_and_arrays_whole(project: Project) -
 
 
 def test_a_global_variable_may_stand_behind_the_name_of_its_list(tmp_path: Path) -> None:
-    """A list is called as its file, as in CODESYS and TwinCAT."""
+    """A list has the name of its file, as in CODESYS and TwinCAT."""
     (tmp_path / "Plant.st").write_text("PROGRAM Plant\nVAR a : INT; END_VAR\na := 1;\nEND_PROGRAM")
     (tmp_path / "GVL.st").write_text(
         "VAR_GLOBAL\n  Limit : INT;\n  Grid : ARRAY [1..2] OF INT;\nEND_VAR"

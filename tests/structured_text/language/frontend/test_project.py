@@ -1,4 +1,4 @@
-"""The data of a project: instances, tasks, order, types."""
+"""A project has instances, tasks with their order, and types."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ END_CONFIGURATION
 
 
 def test_tasks_run_by_priority_and_in_every_nth_tick(project_of: Load) -> None:
-    """The tick is 10 ms, because Third has no task; without Third it would be 20 ms."""
+    """The tick is 10 ms, because Third has no task. If Third had a task, it would be 20 ms."""
     project = project_of(_TASKS)
     assert list(project.instances) == ["First", "Second", "Third", "Fourth"]
     assert [(task.name, task.interval_us, task.priority) for task in project.tasks] == [
@@ -102,7 +102,7 @@ def test_global_and_located_variables_are_known(project_of: Load) -> None:
 @pytest.mark.parametrize(
     ("runs", "located"),
     [
-        # A part that others call by name has its own entry; an instance's parts are listed once.
+        # A program that is called by name has its own entry, unless it has an instance.
         ("PROGRAM B WITH T1 : Top;", [("%QW2", "B.Speed"), ("%QW1", "Feeder.Pulse")]),
         (
             "PROGRAM A WITH T1 : Feeder; PROGRAM B WITH T1 : Top;",
@@ -137,7 +137,7 @@ def test_only_one_attribute_keeps_global_names_behind_that_of_their_list(
 
 
 def test_a_variable_goes_before_a_list_of_its_name(build: Build) -> None:
-    """The property is set (+ 1), not the global variable of that name."""
+    """The expression reads the property (+ 1), not the global variable of the same name."""
     program = build(
         "VAR_GLOBAL Level : INT; END_VAR\n",
         "FUNCTION_BLOCK Tank VAR N : INT; END_VAR\n"
@@ -150,7 +150,7 @@ def test_a_variable_goes_before_a_list_of_its_name(build: Build) -> None:
 
 
 def test_a_label_of_a_case_may_be_a_global_constant(build: Build) -> None:
-    """The label has the constant's name, with or without the name of its list."""
+    """The label may have the constant's name with or without the name of its list."""
     program = build(
         "VAR_GLOBAL CONSTANT Full : INT := 3; END_VAR\n",
         "PROGRAM P1 VAR I : INT := 3; A, B : INT; END_VAR\n"

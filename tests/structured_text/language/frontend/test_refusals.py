@@ -1,6 +1,6 @@
-"""Errors of the front end, each with its line.
+"""The front end reports each error with its line.
 
-Every case is one error in a program that is otherwise right.
+Each case has one error in a program that is otherwise correct.
 """
 
 from __future__ import annotations
@@ -143,8 +143,8 @@ _STATEMENTS = [
     ("I := 1", "a ';' is missing"),
     ("I := ;", "an expression is expected"),
     ("I := (1 + 2;", "';' is not expected here"),
-    ("WHILE B I := 1; END_WHILE;", "'I' is not expected here"),
-    ("F(Data := P Go := B);", "'Go' is not expected here"),
+    ("WHILE B I := 1; END_WHILE;", "DO is missing; write it after 'B'"),
+    ("F(Data := P Go := B);", "a ',' is missing; write it after 'P'"),
     ("I := 1; (* never ends", "this comment is never closed"),
     ("S1 := 'never ends;", "this string is never closed"),
     ('S1 := "wide";', "a STRING is expected here, not a WSTRING"),
@@ -183,7 +183,7 @@ _DECLARATIONS = [
     ("VAR A : RTC; END_VAR", 2, "the block RTC is not supported"),
     ("VAR A : Main; END_VAR", 2, "Main uses Main"),
     ("VAR A : TON := 5; END_VAR", 2, "this is not an initial value for a TON"),
-    ("VAR to : INT; END_VAR", 2, "to is a reserved word"),
+    ("VAR to : INT; END_VAR", 2, "to is a keyword"),
     ("VAR A AT %IX0.0 : INT; END_VAR", 2, "a INT does not fit the address %IX0.0"),
     ("VAR A AT %IX0.0 : ARRAY [0..1] OF BOOL; END_VAR", 2, "does not fit the address %IX0.0"),
     ("VAR A AT %IX5 : ARRAY [0..1] OF BOOL; END_VAR", 2, "does not fit the address %IX5"),
@@ -216,7 +216,7 @@ _UNITS = [
     ("TYPE A1 : STRUCT B : A1; END_STRUCT; END_TYPE", 1, "a type cannot contain itself"),
     ("TYPE A1 : STRUCT B : INT; b : INT; END_STRUCT; END_TYPE", 1, "the field b is declared twice"),
     ("TYPE A1 : (ONE, one); END_TYPE", 1, "the member one is declared twice"),
-    ("TYPE A1 : INT;", 1, "the file ends in the middle"),
+    ("TYPE A1 : INT;", 1, "the file ends too early"),
     ("TYPE A1 : (ONE := 32767, TWO); END_TYPE", 1, "a member is outside INT (-32768 to 32767)"),
     ("TYPE A1 : (ONE := 255, TWO) USINT; END_TYPE", 1, "a member is outside USINT (0 to 255)"),
     ("FUNCTION F1 : INT VAR_IN_OUT A : INT; END_VAR VAR_INPUT B : INT; END_VAR\n"
@@ -291,7 +291,7 @@ def test_a_wrong_configuration_is_refused_with_its_line(
 
 
 def test_one_variable_under_two_names_is_refused(mistakes_of: Errors) -> None:
-    """Copying in and out, and references, differ exactly there."""
+    """Copying in and out and passing references would give different results here."""
     block = (
         "TYPE Pair : STRUCT A : INT; B : INT; END_STRUCT; END_TYPE\n"
         "TYPE List1 : ARRAY [1..3] OF INT; END_TYPE\n"
@@ -330,11 +330,11 @@ def test_a_block_cannot_be_given_a_global_that_it_uses(mistakes_of: Errors) -> N
 @pytest.mark.parametrize(
     ("source", "lines"),
     [
-        # Text outside of declarations is one error, up to the next declaration.
+        # Text outside of declarations is one error that extends to the next declaration.
         ("END_VAR;\nX\nPROGRAM P1\nVAR I : INT; END_VAR\nI := TRUE;\nEND_PROGRAM\n", [1, 5]),
-        # A declaration begins a line.
+        # The next declaration begins at the start of a line.
         ("END_VAR; TYPE T1 : NONE1; END_TYPE\nTYPE T2 : NONE2; END_TYPE\n", [1, 2]),
-        # An error in the last word leaves the text before it readable.
+        # If the last word is wrong, the text before it is still read.
         ("PROGRAM P1\nVAR I : INT; END_VAR\nI := TRUE;\nI := 1 :=", [3, 4]),
     ],
 )
@@ -345,7 +345,7 @@ def test_behind_a_mistake_the_rest_of_the_file_is_checked(
 
 
 def test_two_programs_are_only_a_mistake_of_their_own(mistakes_of: Errors) -> None:
-    """There are two programs and no CONFIGURATION, which is one message by itself."""
+    """Two programs without a CONFIGURATION are one message, unless another error exists."""
     source = "PROGRAM P1\nVAR I : {0}; END_VAR\nEND_PROGRAM\nPROGRAM P2\nEND_PROGRAM\n"
     assert [
         "there is no type NONE1" in str(one) for one in mistakes_of(source.format("NONE1"))
@@ -377,7 +377,7 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("at", ["", "CONSTANT"])
 def test_a_constant_of_a_configuration_stays_constant(at: str, mistakes_of: Errors) -> None:
-    """The program's declaration does not matter; a variable of the configuration can be written."""
+    """VAR_EXTERNAL of the program may add or omit CONSTANT. Other variables can be written."""
     source = _CONFIGURATION.replace("VAR_EXTERNAL", f"VAR_EXTERNAL {at}")
     constant = source.replace("VAR_GLOBAL Shared : INT;", "VAR_GLOBAL CONSTANT Shared : INT := 3;")
     for text, refused in ((source, bool(at)), (constant, True)):
@@ -387,7 +387,7 @@ def test_a_constant_of_a_configuration_stays_constant(at: str, mistakes_of: Erro
 
 
 def test_a_global_that_a_block_does_not_use_may_be_given(mistakes_of: Errors) -> None:
-    """The program's own variable may be given, too, if the block uses a global of that name."""
+    """If the block uses the global, the program may pass its own variable of the same name."""
     frame = (
         "FUNCTION_BLOCK Inner VAR_IN_OUT X : INT; END_VAR{uses}\nX := 2;\nEND_FUNCTION_BLOCK\n"
         "PROGRAM P1 {declares} VAR I1 : Inner; END_VAR\nI1(X := Shared);\nEND_PROGRAM\n"
@@ -423,6 +423,6 @@ def test_a_literal_has_at_most_200_letters(digits: int, refused: bool, mistakes_
 def test_a_mistake_has_the_column_where_it_begins(
     source: str, line: int, column: int, mistakes_of: Errors
 ) -> None:
-    """Counted from 1."""
+    """Columns are counted from 1."""
     (error,) = mistakes_of(source)
     assert (error.line, error.column) == (line, column)

@@ -1,4 +1,4 @@
-"""The comparison of the translation with the built-in engine: a part of it, and that it finds."""
+"""A part of the comparison of the translation with the built-in engine, which can detect faults."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ from rcx_tools.evidence.results import ROOT
 from structured_text.projects.needed import needed
 from structured_text.prove import standard
 from structured_text.prove.machine import Machine
+
+pytestmark = pytest.mark.exhaustive
 
 _FILES = sorted((ROOT / "plc/lib").rglob("*.st"))
 _PART = ("FC_RCXTICKETS", "FC_RCXREALBITS", "FB_SERVOON", "FB_RCXJOB", "FB_WRITEWORD")
@@ -107,7 +109,7 @@ def test_a_wrong_translation_is_found_on_matiec(
 def test_a_fault_that_only_one_side_has_is_found(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Both sides stop in nearly every scan, whatever is drawn: 4 of 65536 indices are good."""
+    """Both sides stop in nearly every scan, because only 4 of 65536 indices are legal."""
     subject = _tried(tmp_path, "N[B] := A;")
     outcome = agree(subject, "FB_TRIED", 20)
     assert outcome.disagreement == ""
@@ -131,7 +133,7 @@ def test_a_comparison_that_cannot_be_made_is_no_agreement(
 
 
 def test_the_report_says_in_words_what_was_compared_on_matiec() -> None:
-    """Figures by hand: two blocks with 300 and 310 scans, a function with 20."""
+    """By hand, the figures are two blocks with 300 and 310 scans, and a function with 20."""
     scans = {"A": (300, True), "B": (310, True), "C": (20, False)}
     rows = [
         {
@@ -165,7 +167,7 @@ def test_what_is_known_rests_on_the_compiler(
 
 
 def test_terms_are_evaluated_as_the_solver_does() -> None:
-    """Every operation, on random values and on limits."""
+    """The test tries every operation on random values and on limits."""
     x, y = z3.BitVecs("x y", 16)
     f, g = z3.BitVecs("f g", 32)
     single = [z3.fpBVToFP(one, z3.Float32()) for one in (f, g)]
@@ -202,5 +204,5 @@ def test_terms_are_evaluated_as_the_solver_does() -> None:
         got = written.run([given[name] for name in written.inputs])
         for term, value in zip(terms, got, strict=True):
             expected = z3.simplify(z3.substitute(term, *pairs))
-            if z3.is_bv_value(expected):  # else it is left open
+            if z3.is_bv_value(expected):  # otherwise the result stays undetermined
                 assert value == expected.as_long(), (term, given)

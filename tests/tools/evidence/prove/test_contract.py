@@ -1,4 +1,4 @@
-"""The contract of the blocks' pins, proved."""
+"""The contract of the blocks' pins is proved."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import pytest
 
 from proving import library, statuses
 from rcx_tools.evidence.prove.contract import PROPERTIES
+
+pytestmark = pytest.mark.exhaustive
 
 (_CONTRACT,) = PROPERTIES
 

@@ -1,4 +1,4 @@
-"""Proofs of functions whose loops are replaced by their sums."""
+"""Functions are proved with their loops replaced by sums."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import pytest
 from proving import library
 from rcx_tools.evidence.prove.functions import PROPERTIES
 from rcx_tools.evidence.prove.solve import ask
+
+pytestmark = pytest.mark.exhaustive
 
 (_FUNCTIONS,) = PROPERTIES
 _PART = "FC_RCXMILLISECONDS"

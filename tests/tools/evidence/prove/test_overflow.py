@@ -1,4 +1,4 @@
-"""No arithmetic of the library leaves its type but where the table says so."""
+"""No arithmetic of the library leaves its type, except in the cases of the table."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import pytest
 from proving import library, statuses
 from rcx_tools.evidence.prove import overflow
 from structured_text.errors import InputError
+
+pytestmark = pytest.mark.exhaustive
 
 (_OVERFLOW,) = overflow.PROPERTIES
 _ROW = '[[wrap]]\nfile = "{}"\npou = "{}"\noperation = "{}"\nreason = "why"\n'
@@ -62,7 +64,7 @@ def test_a_row_of_what_is_not_there_or_cannot_happen_is_refuted(
     [
         ('[[wrap]]\nfile = "a"\n', "wrap 1 has file"),
         (2 * _ROW.format("a", "FC_RcxTickets", "b"), "a second row for b of FC_RcxTickets"),
-        (_ROW.format("a", "FC_Gone", "b"), "a row is about FC_Gone, which is not there"),
+        (_ROW.format("a", "FC_Gone", "b"), "a row is about FC_Gone, which does not exist"),
     ],
 )
 def test_a_row_that_is_wrong_gets_one_message(

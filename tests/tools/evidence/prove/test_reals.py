@@ -1,4 +1,4 @@
-"""Assumptions of the proofs about a sine, and about the sign of a root's argument."""
+"""The proofs' assumptions about a sine, and about the sign of a root's argument, hold."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from rcx_tools.evidence.prove.library import Library
 from rcx_tools.evidence.prove.solve import ask
 from rcx_tools.evidence.prove.summaries import SUMMARIES
 from structured_text.prove import reals
+
+pytestmark = pytest.mark.exhaustive
 
 (_CONTRACT,), (_OVERFLOW,), (_SAFETY,) = (
     contract.PROPERTIES,

@@ -1,4 +1,4 @@
-"""`make prove`: repeated goals, written files, and messages for bad input."""
+"""`make prove` repeats goals only if needed, writes files, and reports bad input."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Return a list of the goals that are passed to the solver."""
+    """Return a list that collects the goals that are passed to the solver."""
     names: list[str] = []
     real = jobs.answers
 
@@ -106,7 +106,7 @@ def _bugs(library: Path, *rows: str) -> None:
 
 
 def _prove(library: Path, *arguments: str) -> int:
-    # Compiled sources are cached by name and time; each run here needs its own.
+    # Compiled sources are cached by name and time, so each run here needs its own.
     jobs.library_at.cache_clear()
     return runner.main(["--jobs", "0", "--out", str(library.parent / "out"), *arguments])
 
@@ -157,7 +157,10 @@ def test_what_is_not_proved_is_told_with_a_state_and_asked_again(
 
 @pytest.mark.parametrize(
     ("error", "reason"),
-    [(UnsupportedError("FOR of a REAL"), "FOR of a REAL"), (KeyError("Q"), "'Q', which is not")],
+    [
+        (UnsupportedError("FOR of a REAL"), "FOR of a REAL"),
+        (KeyError("Q"), "'Q', which does not exist"),
+    ],
 )
 def test_what_cannot_be_asked_is_unknown_with_its_reason(
     library: Path, monkeypatch: pytest.MonkeyPatch, error: Exception, reason: str
@@ -185,7 +188,7 @@ def test_another_copy_is_proved_without_the_seeded_bugs(
 ) -> None:
     assert _prove(library, "--lib", str(library)) == 0
     assert "seeded" not in _report(library)
-    assert "are tried on the library of this project only" in capsys.readouterr().err
+    assert "are only for the library of this project" in capsys.readouterr().err
 
 
 def _no_folder(copy: Path) -> None:
@@ -215,9 +218,9 @@ def _used(copy: Path) -> None:
     ("spoil", "message"),
     [
         (_no_folder, "copy is not a folder; name a copy of plc/lib"),
-        (_empty, "copy holds no .st file; name a copy of plc/lib"),
+        (_empty, "copy contains no .st file; name a copy of plc/lib"),
         (_syntax, "FB_A.st:6:1: 'y' is not expected here"),
-        (_lacking, "copy has no FB_A; a copy of plc/lib has every block of it"),
+        (_lacking, "copy has no FB_A; a copy of plc/lib must contain all its blocks"),
         (_used, "FB_A.st:4:8: "),
     ],
 )
@@ -244,7 +247,7 @@ def test_a_name_that_is_none_gets_the_names_there_are(
 
 
 class _Deadly:
-    """Ends the process that receives it."""
+    """An object that ends the process that receives it."""
 
     def __reduce__(self) -> tuple[Any, tuple[int]]:
         return os._exit, (3,)

@@ -1,4 +1,4 @@
-"""No index outside of its array, no conversion out of range, proved."""
+"""No index leaves its array and no conversion leaves its range, which is proved."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ import z3
 from proving import library, statuses
 from rcx_tools.evidence.prove.safety import PROPERTIES, exactly
 from rcx_tools.evidence.prove.solve import ask
+
+pytestmark = pytest.mark.exhaustive
 
 (_SAFETY,) = PROPERTIES
 
@@ -28,7 +30,7 @@ def test_a_number_is_converted_only_where_an_integer_can_hold_it(tmp_path: Path)
 
 @pytest.mark.parametrize("compared", [z3.fpLT, z3.fpLEQ, z3.fpGT, z3.fpGEQ])
 def test_a_limit_of_what_was_scaled_is_one_of_the_pattern(compared: Any) -> None:
-    """Each comparison changes where the product with 0.5, which is exact, does."""
+    """A comparison with the scaled number changes at the same pattern as the exact product."""
     pattern = z3.BitVec("pattern", 32)
     number = z3.fpFPToFP(z3.RNE(), z3.fpBVToFP(pattern, z3.Float32()), z3.Float64())
     half = z3.fpMul(z3.RNE(), number, z3.FPVal(0.5, z3.Float64()))
@@ -38,7 +40,7 @@ def test_a_limit_of_what_was_scaled_is_one_of_the_pattern(compared: Any) -> None
 
 
 def test_a_limit_that_is_no_literal_stays() -> None:
-    """It is unknown where the answer changes."""
+    """The limit is not known, so the comparison does not change."""
     pattern, limit = z3.BitVec("pattern", 32), z3.FP("limit", z3.Float64())
     number = z3.fpFPToFP(z3.RNE(), z3.fpBVToFP(pattern, z3.Float32()), z3.Float64())
     assert exactly(number < limit).eq(number < limit)

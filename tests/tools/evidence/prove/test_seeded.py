@@ -1,4 +1,4 @@
-"""Seeded bugs of `make prove`: each breaks exactly what it should."""
+"""Each seeded bug of `make prove` breaks exactly the properties that it should."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _property(name: str, goals: Any, block: str) -> Property:
 
 @pytest.fixture
 def library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return a library of two blocks: two properties of the first, one of the second."""
+    """Return a library of two blocks with two properties of the first and one of the second."""
     folder = tmp_path / "lib"
     folder.mkdir()
     (folder / "FB_A.st").write_text(_A, encoding="utf-8")
@@ -118,7 +118,7 @@ def test_a_bug_that_breaks_less_or_more_is_a_defect(library: Path, row: str, def
         ([_row(old="x")], "the seeded bug 'n': `old` stands 3 times in FB_A.st"),
         ([_row(old="y := 2")], "stands 0 times"),
         ([_row(file="FB_C.st")], "stands 0 times in FB_C.st"),
-        ([_row(new="y := x")], "give text that stands there once, and another one instead"),
+        ([_row(new="y := x")], "`old` must occur exactly once, and `new` must differ from it"),
         ([_row(breaks=["x"])], "there is no property 'x'; use y, z, other"),
         ([_row(breaks=[])], "none of them empty"),
         ([_row(what="more")], "it needs name, file, old, new, breaks"),
@@ -163,7 +163,7 @@ def test_every_seeded_bug_can_be_put_in_and_names_properties() -> None:
 def test_of_other_properties_the_parts_of_the_file_and_the_short_ones_are_asked(
     library: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The choice does not depend on measured time: it is the same on every machine."""
+    """The choice does not depend on measured time, so it is the same on every machine."""
     calls = _A.replace("END_VAR\n  y := x;", "END_VAR\n  VAR a : FB_A; END_VAR\n  a(x := x);")
     for name, more in (("FB_C", 40), ("FB_D", 4), ("FB_E", 4)):
         text = calls.replace("BLOCK FB_A", f"BLOCK {name}").replace(

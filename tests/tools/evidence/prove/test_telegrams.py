@@ -1,4 +1,4 @@
-"""The proof of the telegrams: what it judges by, a small part of it, and bugs that it finds."""
+"""The proof of the telegrams: its second reading, a small part of it, and bugs that it detects."""
 
 from __future__ import annotations
 
@@ -55,8 +55,9 @@ def test_each_worked_example_is_legal() -> None:
     assert len(_examples()) == 100
 
 
+@pytest.mark.exhaustive
 def test_a_bit_more_or_less_in_an_example_is_legal_where_the_second_reading_says_so() -> None:
-    """In each example one bit makes it illegal, and one does not, if there is any.
+    """In each example, one changed bit makes it illegal, and another one does not, if there is any.
 
     Source: remote command guide 4.2.1 to 4.9.3, the tables of the commands.
     """
@@ -82,28 +83,28 @@ def test_a_bit_more_or_less_in_an_example_is_legal_where_the_second_reading_says
     [
         (1, {2: 0xC000}, False),  # 4.2.1: position in pulses and in mm
         (1, {2: 0x8000}, True),
-        (1, {2: 0x0020, 20: 0}, False),  # acceleration 1 to 100 where designated
+        (1, {2: 0x0020, 20: 0}, False),  # acceleration is 1 to 100 if it is designated
         (1, {2: 0x0020, 20: 100}, True),
-        (1, {2: 0x0002, 6: 10001}, False),  # speed to 100.00 %
+        (1, {2: 0x0002, 6: 10001}, False),  # speed is at most 100.00 %
         (1, {2: 0x0002, 6: 10000}, True),
-        (2, {4: 0x0300}, False),  # one arch axis
+        (2, {4: 0x0300}, False),  # only one arch axis
         (32, {4: 101}, False),  # 4.2.14: 1 to 100 %
-        (42, {16: 0xFC17}, False),  # 4.2.23: -1000 to 1000 %, this is -1001
+        (42, {16: 0xFC17}, False),  # 4.2.23: -1000 to 1000 %; this is -1001
         (42, {16: 0xFC18}, True),
         (47, {8: 0x7F41}, False),  # 4.3.2: characters 0x20 to 0x7E
-        (47, {20: 0x0000, 22: 0x2020}, False),  # nothing but 0x00 after 0x00
+        (47, {20: 0x0000, 22: 0x2020}, False),  # only 0x00 after a 0x00
         (47, {20: 0x0000, 22: 0x0000}, True),
         (49, {6: 181, 8: 181, 10: 1}, True),  # 4.3.3: 181 * 181 = 32761
         (49, {6: 182, 8: 182, 10: 1}, False),
         (49, {6: 0x4000, 8: 0x4000, 10: 0x10}, False),  # 2 ^ 32
         (56, {4: 32}, False),  # 4.4.1: 0 to 31 and 256 to 287
         (56, {4: 256}, True),
-        (60, {4: 267, 6: 1, 8: 32768}, False),  # 4.4.2: push time to 32767 ms
-        (60, {4: 261, 6: 1, 8: 1}, False),  # there is no such parameter
-        (67, {4: 0x1080}, False),  # 4.5.1: no port 8
+        (60, {4: 267, 6: 1, 8: 32768}, False),  # 4.4.2: push time is at most 32767 ms
+        (60, {4: 261, 6: 1, 8: 1}, False),  # this parameter does not exist
+        (67, {4: 0x1080}, False),  # 4.5.1: port 8 does not exist
         (67, {4: 0x0020}, False),  # DI cannot be written
         (73, {12: 0x6141}, False),  # 4.6.3: upper case letters, digits and _
-        (73, {12: 0x2041}, False),  # no space within
+        (73, {12: 0x2041}, False),  # no space inside a name
     ],
 )
 def test_a_value_beyond_its_limits_is_illegal(
@@ -121,7 +122,7 @@ def test_a_value_beyond_its_limits_is_illegal(
 
 @pytest.mark.parametrize("number", [1, 29, 42, 67, 94])
 def test_a_robot_that_there_is_not_is_illegal(number: int) -> None:
-    """Robots 1 to 4 where the section has a robot designation, else none.
+    """Robots 1 to 4 exist if the section has a robot designation, and none otherwise.
 
     Source: remote command guide 1.1, and the tables of 4.2.1, 4.2.12, 4.2.23, 4.5.1 and 4.8.1.
     """
@@ -134,7 +135,7 @@ def test_a_robot_that_there_is_not_is_illegal(number: int) -> None:
 
 @dataclass(frozen=True)
 class _Known:
-    """A call whose pins are known."""
+    """A call whose pins have known values."""
 
     reading: Pins
     given: Mapping[str, Value]
@@ -201,7 +202,7 @@ def _library(folder: Path, block: str, bug: str = "") -> Library:
 
 
 def _not_proved(library: Library, block: str) -> dict[str, list[str]]:
-    """Return the goals of each property that are not proved."""
+    """Return those goals of each property that are not proved."""
     return {
         item.name: [
             goal.name
@@ -212,6 +213,7 @@ def _not_proved(library: Library, block: str) -> dict[str, list[str]]:
     }
 
 
+@pytest.mark.exhaustive
 def test_the_telegrams_of_a_block_are_legal_and_what_the_pins_say(tmp_path: Path) -> None:
     """Source: remote command guide 4.4.4."""
     block = "FB_AssignPointElementMm"

@@ -1,4 +1,4 @@
-"""The turns are proved of small parts, and not proved of sources with a seeded bug."""
+"""The turns are proved for small parts, but not for sources with a seeded bug."""
 
 from __future__ import annotations
 
@@ -15,13 +15,16 @@ from structured_text.output.toml_files import load_toml
 from structured_text.projects.needed import needed
 from structured_text.prove.logic import PROVED, REFUTED
 
+pytestmark = pytest.mark.exhaustive
+
 _LIB = ROOT / "plc/lib"
 _BUGS = ROOT / "tests/tools/evidence/proof_bugs/tickets.toml"
 _BLOCKS = ("FB_RcxJob", "FB_RcxMakeHead", "FB_RcxTakeHead", "FB_RemoteCommand", "FB_ServoOn")
-#: A property, a part of it that takes the solver less than a second, which of its goals, a bug.
+#: A property, a quick part of it (less than a second), words of its goals, and a bug that breaks
+#: it.
 _PARTS = (
     ("turn-hands", "", "", "sequence-in-the-turn-of-the-commands"),
-    ("turn-once", "SEQUENCE FB_RCXJOB", "nobody was seen", "ticket-passed-on-unseen"),
+    ("turn-once", "SEQUENCE FB_RCXJOB", "no block was called", "ticket-passed-on-unseen"),
     ("turn-order", "SEQUENCE FB_RCXJOB", "keeps its ticket", "new-ticket-in-each-call"),
     ("turn-back", "SEQUENCE FB_RCXJOB", "passes", "turn-not-passed-on-after-an-error"),
     ("turn-free", "COMMAND FB_RCXJOB", "", "lost-link-keeps-waiting-blocks"),
@@ -70,9 +73,9 @@ def test_a_command_whose_block_has_gone_comes_to_its_end(tmp_path: Path) -> None
 
 
 def test_the_states_that_the_proofs_speak_of_exist(tmp_path: Path) -> None:
-    """Two blocks wait and one of them is called.
+    """Two blocks wait, and one of them is called.
 
-    Without such states the proofs would be about nothing.
+    Without such states the proofs would be empty.
     """
     step = turns.call(_library(tmp_path), "COMMAND", 2)
     wait = [z3.And(job.lives(step.after.channel), job.waits) for job in step.after.jobs]

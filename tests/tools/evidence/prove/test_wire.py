@@ -1,4 +1,4 @@
-"""Properties of what goes out on the wire: proved, and broken by a seeded bug each."""
+"""Properties of the data on the wire are proved, and each is broken by a seeded bug."""
 
 from __future__ import annotations
 
@@ -15,13 +15,15 @@ from structured_text.output.toml_files import load_toml
 from structured_text.projects.needed import needed
 from structured_text.prove.logic import PROVED, REFUTED
 
+pytestmark = pytest.mark.exhaustive
+
 _LIBRARY = Path(__file__).resolve().parents[4] / "plc/lib"
 _BUGS = load_toml(Path(__file__).parents[1] / "proof_bugs/wire.toml")["bug"]
 _LIMIT_S = 30.0
 _SEQUENCES = [
     f"sequence/FB_{name}.st" for name in ("ServoOn", "ProgramStop", "AutoStart", "Status")
 ]
-#: For each property a part that is quick to prove, and a bug that breaks this part.
+#: For each property: a part that is quick to prove, and a bug that breaks this part.
 _CASES = [
     ("interval", "FB_WRITEAREAWORDS", "negative-margin"),
     ("guarantee", "FB_SERVOON", "other-requests-lost"),
@@ -35,7 +37,7 @@ _CASES = [
 
 
 def _copy(folder: Path) -> Path:
-    """Copy the part of plc/lib that the cases need; it takes less time to read than all of it."""
+    """Copy the part of plc/lib that the cases need, which is faster to read than all of it."""
     shutil.copytree(_LIBRARY / "types", folder / "types")
     own = [*(_LIBRARY / "area").glob("*.st")]
     own += [_LIBRARY / file for file in (*_SEQUENCES, "command/FB_RemoteCommand.st")]
@@ -53,7 +55,10 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Library:
 
 @pytest.fixture(scope="module")
 def broken(tmp_path_factory: pytest.TempPathFactory) -> Library:
-    """Return a copy of plc/lib with the bugs of all cases; each breaks a property of its own."""
+    """Return a copy of plc/lib with the bugs of all cases.
+
+    Each bug breaks a property of its own.
+    """
     folder = _copy(tmp_path_factory.mktemp("broken"))
     wanted = {name for _, _, name in _CASES}
     for bug in _BUGS:
@@ -67,7 +72,7 @@ def broken(tmp_path_factory: pytest.TempPathFactory) -> Library:
 def _statuses(library: Library, name: str, part: str) -> Iterator[str]:
     """Return the status of each goal of a part.
 
-    `make prove` has the slow ones, with running timers.
+    Slow goals, with running timers, are left to `make prove`.
     """
     found = next(item for item in PROPERTIES if item.name == name)
     for goal in found.goals(library, part):

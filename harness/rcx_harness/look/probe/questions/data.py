@@ -9,7 +9,7 @@ from rcx_harness.spec.wire import NORMAL_END
 _POINT, _PALLET, _HAND = 29_990, 39, 31
 _SGI30, _SGI31, _SGR31 = 30, 31, 287
 _TWO_AND_A_HALF = 0x40200000
-#: The least whole number that single precision does not have.
+#: The smallest positive integer that single precision cannot represent.
 _ODD = 16_777_217
 _DOES = "Overwrites points 29990 to 29995, pallet 39, hand 31 of robot 1, SGI30, SGI31 and SGR31."
 
@@ -34,7 +34,7 @@ def _variable(ask: Asker, number: int) -> int:
     does=_DOES,
 )
 def arithmetic(ask: Asker) -> None:
-    """What becomes of numbers that do not fit?"""
+    """How does the controller treat numbers that do not fit?"""
     ask.command("AssignValue", variable1=_SGR31, value=_TWO_AND_A_HALF)
     ask.command("AssignVariable", variable1=_SGI31, variable2=_SGR31)
     value = _variable(ask, _SGI31)
@@ -61,7 +61,7 @@ def arithmetic(ask: Asker) -> None:
     does=_DOES,
 )
 def points(ask: Asker) -> None:
-    """What becomes of points with different units, and of several elements at a time?"""
+    """How does it treat points with different units, and several elements at a time?"""
     _point(ask, _POINT, 100, 200, 300)
     _point(ask, _POINT + 1, 10, 20, 30, unit=1)
     answer = ask.command("AssignPointElementPulses", point=_POINT, data_number=3, value=7)
@@ -89,7 +89,7 @@ def pallet(ask: Asker) -> None:
         places.append(tuple(fields.get("positions", ()))[:2])
     ask.rule("work-positions", places == list(corners[:4]), f"positions 1 to 4: {places}")
     answer = ask.command("AssignPalletPoint", point=_POINT + 5, pallet=_PALLET, work=5)
-    ask.needs(bool(answer.alarm), "work position 5 of 4 was taken")
+    ask.needs(bool(answer.alarm), "work position 5 of 4 was accepted")
     ask.knob("work_position_alarm", answer.alarm, text=f"position 5 of 4 ended in {answer.alarm}")
 
 
@@ -106,7 +106,7 @@ def hand(ask: Asker) -> None:
 
 @still({"taught-point": ()}, does=_DOES)
 def taught_point(ask: Asker) -> None:
-    """Has a taught point a hand system or an arm rotation?"""
+    """Does a taught point have a hand system or an arm rotation?"""
     answer = ask.command("TeachPoint", 1, point=_POINT, unit=1)
     ask.needs(answer.status == NORMAL_END, f"teaching ended in {answer.alarm}")
     fields = ask.command("ReadPoint", point=_POINT).fields
@@ -133,25 +133,25 @@ def other_ports(ask: Asker) -> None:
 
 @still(
     {"clock": ("impossible_date_alarm",)},
-    does="30 February is set as the date; if it is taken, the date is set back.",
+    does="30 February is set as the date; if it is accepted, the date is set back.",
 )
 def impossible_date(ask: Asker) -> None:
-    """What does it answer to a day that does not exist?"""
+    """How does the controller answer a date that does not exist?"""
     today = ask.command("ReadDate").fields
     ask.needs(bool(today), "the date cannot be read")
     answer = ask.command("SetDate", year=today["year"], month=2, day=30)
     if not answer.alarm:
         ask.command("SetDate", **{name: today[name] for name in ("year", "month", "day")})
-    ask.needs(bool(answer.alarm), "30 February was taken as a date")
+    ask.needs(bool(answer.alarm), "30 February was accepted as a date")
     ask.knob("impossible_date_alarm", answer.alarm, text=f"30 February ended in {answer.alarm}")
 
 
 @still(
     {"arm-robots": ("not_scara_alarm",)},
-    does="The arm designation of robot 1 is set to what it is.",
+    does="The arm designation of robot 1 is set to its current value.",
 )
 def arm(ask: Asker) -> None:
-    """What does a robot that is not a SCARA answer to an arm designation?"""
+    """How does a robot that is not a SCARA answer an arm designation?"""
     state = ask.command("ReadArmDesignation", 1).fields.get("arm_state")
     answer = ask.command("SelectArm", 1, arm=state if state in (0, 1) else 0)
     ask.needs(bool(answer.alarm), "robot 1 is a SCARA robot")

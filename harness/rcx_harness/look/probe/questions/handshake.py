@@ -13,7 +13,7 @@ _NO_COMMAND = (0x0F00, *(0,) * 15)
 
 @still({"other-alarms": ("undefined_code_alarm",)}, does="The code 0x0F00 is sent.")
 def undefined_code(ask: Asker) -> None:
-    """What does it answer to a code that the manual does not have?"""
+    """How does the controller answer a code that is not in the manual?"""
     answer = ask.telegram(_NO_COMMAND)
     ask.needs(bool(answer.alarm), "0x0F00 did not end in an alarm")
     ask.knob("undefined_code_alarm", answer.alarm, text=f"0x0F00 ended in {answer.alarm}")
@@ -24,10 +24,10 @@ def undefined_code(ask: Asker) -> None:
         "changed-command": ("changed_command_status",),
         "early-command": ("early_command_waits",),
     },
-    does="The code of one reference is replaced by that of another while it runs.",
+    does="The code of a running reference is replaced by the code of another reference.",
 )
 def changed_command(ask: Asker) -> None:
-    """What becomes of a command that is changed before its end, and of the code set too early?"""
+    """What happens to a command that changes before its end, and to a code set too early?"""
     ask.send(telegram("ReadVersion"))
     ask.until(lambda: ask.status != READY)
     ask.needs(ask.status == RUN, "the reference had ended before it could be changed")
@@ -36,9 +36,9 @@ def changed_command(ask: Asker) -> None:
     status = ask.status
     executed = ask.until(lambda: ask.status in ENDS, _LATE_US) is not None
     ask.send((0,) * 16)
-    ask.needs(status in (RUN, READY), f"the status was 0x{status:04X} behind the change")
+    ask.needs(status in (RUN, READY), f"the status was 0x{status:04X} after the change")
     kind = "run" if status == RUN else "ready"
-    ask.knob("changed_command_status", kind, text=f"0x{status:04X} behind the change")
+    ask.knob("changed_command_status", kind, text=f"0x{status:04X} after the change")
     text = f"the second code {'was executed' if executed else 'got no status'}"
     ask.knob("early_command_waits", executed, text=text)
 
@@ -56,7 +56,7 @@ def changed_data(ask: Asker) -> None:
     ask.send((*words[:15], 7))
     ended = ask.until(lambda: ask.status in ENDS, _LATE_US) is not None
     ask.send((0,) * 16)
-    text = f"the end status {'came' if ended else 'did not come'} after n+30 was changed"
+    text = f"the end status {'followed' if ended else 'did not follow'} after n+30 was changed"
     ask.knob("data_belong_to_command", not ended, text=text)
 
 
@@ -65,7 +65,7 @@ def changed_data(ask: Asker) -> None:
     does="SI(00) and SI(06) go ON; inching of axis 1 is requested with the servos off.",
 )
 def servo_off(ask: Asker) -> None:
-    """What does a movement end in with the servos off?"""
+    """In which alarm does a movement end if the servos are off?"""
     reset(ask)
     ask.turn("SI06", True)
     ask.needs(not ask.on("SO02"), "SO(02) is ON")

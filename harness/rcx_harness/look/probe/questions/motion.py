@@ -15,7 +15,7 @@ def _servos_on(ask: Asker) -> None:
     reset(ask)
     ask.turn("SI06", True)
     ask.turn("SI01", True)
-    ask.needs(ask.until(lambda: ask.on("SO02")) is not None, "the servos do not go ON")
+    ask.needs(ask.until(lambda: ask.on("SO02")) is not None, "the servos did not turn ON")
     ask.turn("SI01", False)
 
 
@@ -33,13 +33,13 @@ def servo_on(ask: Asker) -> None:
     """How long does servo ON take, and does it work before the alarm reset?"""
     reset(ask)
     ask.turn("SI00", False)
-    ask.needs(ask.until(lambda: ask.on("SO03")) is not None, "SO(03) does not come")
+    ask.needs(ask.until(lambda: ask.on("SO03")) is not None, "SO(03) did not turn ON")
     ask.turn("SI00", True)
     ask.until(lambda: not ask.on("SO00"))
     ask.turn("SI01", True)
     early = ask.until(lambda: ask.on("SO02"), 2 * _LATE_US) is not None
     ask.turn("SI01", False)
-    text = f"SO(02) {'came' if early else 'stayed OFF'} with SI(01) while SO(03) was ON"
+    text = f"SO(02) {'turned ON' if early else 'stayed OFF'} with SI(01) while SO(03) was ON"
     ask.knob("servo_on_with_alarm", early, text=text)
     if early:
         _servos_off(ask)
@@ -48,7 +48,7 @@ def servo_on(ask: Asker) -> None:
     us = ask.until(lambda: ask.on("SO02"))
     ask.turn("SI01", False)
     _servos_off(ask)
-    ask.needs(us is not None, "SO(02) does not come")
+    ask.needs(us is not None, "SO(02) did not turn ON")
     ask.delay("servo_on_delay", us or 0, f"SO(02) ON after {(us or 0) / 1000:g} ms")
 
 
@@ -75,7 +75,7 @@ def motor_power(ask: Asker) -> None:
     does="Axis 1 of robot 1 inches 10 pulses forth and back at 1 % of the manual speed.",
 )
 def unasked_positions(ask: Asker) -> None:
-    """What stands in the response of a movement for which no position was asked?"""
+    """What is in the response of a movement if no position was requested?"""
     speed = ask.command("ReadSpeeds", 1).fields.get("manual_speed", 20)
     amount = ask.command("ReadInchingAmount", 1).fields.get("amount", 100)
     ask.command("SetManualSpeed", 1, speed=_SLOW)
@@ -117,7 +117,7 @@ def jog_cleared(ask: Asker) -> None:
         ask.until(lambda: ask.status not in ENDS)
         ask.command("SetManualSpeed", 1, speed=speed)
     ask.needs(began, "the jog did not begin")
-    text = f"0x0100 {'stood' if goes_on else 'did not stand'} after the code was cleared"
+    text = f"0x0100 {'stayed' if goes_on else 'did not stay'} after the code was cleared"
     ask.rule("jog-cleared", goes_on and ended, text)
 
 
@@ -131,7 +131,7 @@ def jog_cleared(ask: Asker) -> None:
         "other-alarms": ("busy_alarm",),
         "answers": ("program_start_delay", "program_stop_delay"),
     },
-    does="SI(12) starts YOUR robot program with the servos OFF, if need be with the servos ON.",
+    does="SI(12) starts YOUR robot program with the servos OFF or, if necessary, ON.",
 )
 def program(ask: Asker) -> None:
     """What starts and stops a robot program?"""
@@ -139,38 +139,40 @@ def program(ask: Asker) -> None:
     ask.needs(ask.on("SO10") and not ask.on("SO13"), "not in AUTO mode, or a program runs")
     ask.turn("SI06", True)
     us = _start(ask)
-    text = f"SO(13) {'came' if us is not None else 'stayed OFF'} with SI(12) and the servos OFF"
+    text = (
+        f"SO(13) {'turned ON' if us is not None else 'stayed OFF'} with SI(12) and the servos OFF"
+    )
     ask.knob("program_needs_servo", us is None, text=text)
     if us is None:
         _servos_on(ask)
         us = _start(ask)
-    ask.needs(us is not None, "the program does not start")
+    ask.needs(us is not None, "the program did not start")
     ask.delay("program_start_delay", us or 0, f"SO(13) ON after {(us or 0) / 1000:g} ms")
     try:
         answer = ask.command("ReadProgramInfo", method=1, program=1)
         if ask.on("SO13"):
             text = f"0x0408 ended {'in ' + answer.alarm if answer.alarm else 'normally'}"
-            ask.knob("program_info_while_running", not answer.alarm, text=f"{text} meanwhile")
+            ask.knob("program_info_while_running", not answer.alarm, text=f"{text} during the run")
         answer = ask.command("StepProgram", method=1, program=1)
         if ask.on("SO13"):
-            text = f"a step while it ran: alarm {answer.alarm or 'none'}"
+            text = f"a step of the running program: alarm {answer.alarm or 'none'}"
             ask.rule("busy-programs", bool(answer.alarm), text)
             if answer.alarm:
                 ask.knob("busy_alarm", answer.alarm, text=text)
         ask.pulse("SI15")
         if ask.on("SO13") or ask.on("SO14"):
             was_reset = ask.on("SO14")
-            text = f"SO(14) is {'ON' if was_reset else 'OFF'} after SI(15) while it ran"
+            text = f"SO(14) is {'ON' if was_reset else 'OFF'} after SI(15) during the run"
             ask.knob("reset_while_running", was_reset, text=text)
         if not ask.on("SO13"):
             _start(ask)
         ask.needs(ask.on("SO13"), "the program has ended too soon")
         ask.turn("SI06", False)
         us = ask.until(lambda: not ask.on("SO13"))
-        ask.needs(us is not None, "SO(13) does not go OFF")
+        ask.needs(us is not None, "SO(13) did not turn OFF")
         ask.delay("program_stop_delay", us or 0, f"SO(13) OFF after {(us or 0) / 1000:g} ms")
         ask.turn("SI06", True)
-        ask.needs(_start(ask) is not None, "the program does not start again")
+        ask.needs(_start(ask) is not None, "the program did not start again")
         ask.command("MotorPowerOff")
         stopped = not ask.on("SO13")
         text = f"SO(13) is {'OFF' if stopped else 'ON'} after the motor power went OFF"
@@ -196,7 +198,7 @@ def program_in_manual_mode(ask: Asker) -> None:
     """Does a change to MANUAL mode stop a program?"""
     _servos_on(ask)
     try:
-        ask.needs(_start(ask) is not None, "the program does not start")
+        ask.needs(_start(ask) is not None, "the program did not start")
         ask.person("Select MANUAL mode.", "manual_mode")
         stopped = not ask.on("SO13")
     finally:
@@ -220,7 +222,7 @@ def sequence(ask: Asker) -> None:
     ask.turn("SI10", True)
     us = ask.until(lambda: ask.on("SO12"), 2 * _LATE_US)
     there = us is not None
-    text = f"SO(12) {'came' if there else 'stayed OFF'} with SI(10)"
+    text = f"SO(12) {'turned ON' if there else 'stayed OFF'} with SI(10)"
     ask.knob("sequence_program", there, text=text)
     ask.needs(there, "there is no sequence program")
     ask.delay("sequence_delay", us or 0, f"SO(12) ON after {(us or 0) / 1000:g} ms")

@@ -1,4 +1,4 @@
-"""Questions that take a hand at the cell; the servos stay off."""
+"""Questions that need a person at the cell; the servos stay off."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _MO20 = {"port_type": 2, "port": 0x20}
 
 
 def _stop_alarm(ask: Asker) -> bool:
-    """Does SI(12) in the stop status raise 12.400: would it start a program otherwise?"""
+    """Return whether SI(12) in the stop status raises 12.400, so it has an effect."""
     before = ask.history()
     ask.pulse("SI12")
     return "12.400" in ask.history().new_since(before)
@@ -26,9 +26,9 @@ def _stop_alarm(ask: Asker) -> bool:
     person="take the control authority at the programming box, and give it back",
 )
 def pendant(ask: Asker) -> None:
-    """What is left to the network while the programming box has authority?"""
+    """Which requests of the network work while the programming box has authority?"""
     reset(ask)
-    ask.needs(ask.on("SO10") and _stop_alarm(ask), "SI(12) without the box raises no 12.400")
+    ask.needs(ask.on("SO10") and _stop_alarm(ask), "SI(12) raises no 12.400 without the box")
     speed = ask.command("ReadSpeeds", 1).fields.get("manual_speed", 0)
     ask.person("Take the control authority at the programming box.", "pendant_on")
     try:
@@ -38,7 +38,7 @@ def pendant(ask: Asker) -> None:
         ask.person("Give the control authority back.", "pendant_off")
     text = f"SI(12) raised {'no ' if blocked else ''}12.400 with the authority at the box"
     ask.knob("pendant_blocks_inputs", blocked, text=text)
-    ask.needs(bool(answer.alarm), "a setting was taken although the box had the authority")
+    ask.needs(bool(answer.alarm), "a setting was accepted although the box had the authority")
     ask.knob("pendant_alarm", answer.alarm, text=f"a setting ended in {answer.alarm}")
 
 
@@ -67,7 +67,7 @@ def manual_mode(ask: Asker) -> None:
 @still(
     {"safety-inputs": ("safety_keeps_stops",)},
     does="SI(00) goes ON, and OFF under the safety setting.",
-    person="make the safety setting that disables dedicated inputs, and take it back",
+    person="make the safety setting that disables dedicated inputs, and undo it",
 )
 def safety_setting(ask: Asker) -> None:
     """Do SI(00) and SI(06) work under a safety setting that disables dedicated inputs?"""
@@ -77,14 +77,14 @@ def safety_setting(ask: Asker) -> None:
         ask.turn("SI00", False)
         stops = ask.until(lambda: ask.on("SO00"), _LATE_US) is not None
     finally:
-        ask.person("Take the safety setting back.", "safety_off")
-    text = f"SO(00) {'came' if stops else 'stayed OFF'} as SI(00) went OFF"
+        ask.person("Undo the safety setting.", "safety_off")
+    text = f"SO(00) {'turned ON' if stops else 'stayed OFF'} when SI(00) went OFF"
     ask.knob("safety_keeps_stops", stops, text=text)
 
 
 @still(
     {"main-power": ("main_power_alarm",)},
-    does="Nothing but references; the servos are off.",
+    does="Only references are sent; the servos are off.",
     person="switch the main power of the motors off (not that of the controller), and on again",
 )
 def main_power(ask: Asker) -> None:
@@ -96,7 +96,7 @@ def main_power(ask: Asker) -> None:
         gone = not ask.on("SO04")
         new = ask.history().new_since(before)
     finally:
-        ask.person("Switch it on again.", "main_power_on")
+        ask.person("Switch the main power of the motors on again.", "main_power_on")
     ask.needs(gone, "SO(04) stays ON")
     ask.needs(len(new) <= 1, f"new messages: {', '.join(sorted(new))}")
     alarm = next(iter(new), "")
@@ -143,7 +143,7 @@ def power_cycle(ask: Asker) -> None:
         ask.knob("link_error_alarm", *others, text=f"new messages: {numbers}")
         if not lit:
             latched = on["SO03"]
-            text = f"SO(03) is {'ON' if latched else 'OFF'} with the connection"
+            text = f"SO(03) is {'ON' if latched else 'OFF'} after the connection"
             ask.knob("link_error_latches", latched, text=text)
     ask.rule("power-cycle", history.count >= before.count, f"{history.count} messages")
     pattern = ask.command("ReadIoPort", **_MO20).fields.get("pattern")
@@ -162,7 +162,7 @@ def power_cycle(ask: Asker) -> None:
     if not ask.on("SO03") and ask.on("SO00"):
         ask.person("Press an emergency stop (programming box or SAFETY).", "emergency_stop")
         holds = ask.on("SO03")
-        ask.person("Release it.", "emergency_stop_release")
+        ask.person("Release the emergency stop.", "emergency_stop_release")
         text = f"SO(03) is {'ON' if holds else 'OFF'} although SI(00) was OFF before"
         ask.rule("emergency-terminal-alarm", holds, text)
 
@@ -173,7 +173,7 @@ def _origins(ask: Asker, before: Answer, after: Answer) -> None:
     complete = [k for k, state in enumerate(was) if state == 1]
     if complete:
         lost = all(now[k] == 0 for k in complete)
-        ask.knob("power_loses_origin", lost, text=f"origins {was}, then {now}")
+        ask.knob("power_loses_origin", lost, text=f"origins were {was}, are {now}")
         ask.knob("origin_complete", True, text=f"origins {was}")
     elif 0 in was:
         ask.knob("origin_complete", False, text=f"origins {was}")

@@ -17,14 +17,14 @@ _NAME_END = next(
 
 
 def _alarm_of(ask: Asker, knob: str, answer: Answer, what: str) -> None:
-    """Report the alarm of a refused request; without an alarm nothing is decided."""
+    """Report the alarm of a refused request; raise SkipError if there is no alarm."""
     ask.needs(bool(answer.alarm), f"{what} did not end in an alarm")
     ask.knob(knob, answer.alarm, text=f"{what} ended in alarm {answer.alarm}")
 
 
 @reading({"versions": ("host_version", "host_revision", "fpga_version", "driver_version")})
 def versions(ask: Asker) -> None:
-    """Which versions does it have?"""
+    """Which versions does the controller have?"""
     fields = ask.command("ReadVersion").fields
     ask.needs(bool(fields), "the version reference did not end normally")
     for name in ("host_version", "host_revision", "fpga_version"):
@@ -80,14 +80,14 @@ def absent(ask: Asker) -> None:
 
 @reading({"other-alarms": ("undefined_point_alarm",)})
 def undefined_point(ask: Asker) -> None:
-    """What does it answer for points that were never written?"""
+    """How does the controller answer for points that were never written?"""
     answer = ask.command("ReadPoint", point=29_998)
     _alarm_of(ask, "undefined_point_alarm", answer, "a reference to point 29998")
 
 
 @reading({"undefined-data": ("undefined_data_alarm",), "comment-end": ("comment_filler",)})
 def undefined_data(ask: Asker) -> None:
-    """What does it answer for comments, shifts and hands that were never defined?"""
+    """How does it answer for comments, shifts and hands that were never defined?"""
     answer = ask.command("ReadPointComment", point=29_998)
     if answer.status == NORMAL_END:
         ask.needs(answer.fields["comment"].strip("\0 ") == "", "point 29998 has a comment")
@@ -101,7 +101,7 @@ def undefined_data(ask: Asker) -> None:
 
 @reading({"undefined-pallet": ("undefined_pallet_alarm",)})
 def undefined_pallet(ask: Asker) -> None:
-    """What does it answer for a pallet that was never defined?"""
+    """How does the controller answer for a pallet that was never defined?"""
     answer = ask.command("ReadPallet", pallet=38)
     _alarm_of(ask, "undefined_pallet_alarm", answer, "a reference to pallet 38")
 
@@ -120,7 +120,7 @@ def undefined_program(ask: Asker) -> None:
 def name_filler(ask: Asker) -> None:
     """Which character fills up a program name?"""
     answer = ask.command("ReadProgramInfo", method=1, program=1)
-    ask.needs(answer.status == NORMAL_END, "there is no program 1, or it cannot be asked")
+    ask.needs(answer.status == NORMAL_END, "program 1 does not exist, or cannot be read")
     last = answer.words[_NAME_END] >> 8 if len(answer.fields["program_name"]) < 16 else -1
     filler = {0: "zeros", 0x20: "spaces"}.get(last)
     ask.needs(filler is not None, "the name of program 1 has no room for a filler")
@@ -151,7 +151,7 @@ def position_flags(ask: Asker) -> None:
     },
 )
 def command_times(ask: Asker) -> None:
-    """How long do its answers to remote commands take?"""
+    """How long do answers to remote commands take?"""
     answers = [ask.command("ReadVersion") for _ in range(_REPEATS)]
     ran = [one for one in answers if one.ran]
     text = f"0x0100 was seen in {len(ran)} of {_REPEATS} references"
@@ -176,14 +176,14 @@ def continuous(ask: Asker) -> None:
     ended = ask.status in ENDS
     ask.send((0,) * 16)
     ask.until(lambda: ask.status != RUN)
-    ask.needs(began is not None, "0x0100 did not come")
+    ask.needs(began is not None, "status 0x0100 was not seen")
     holds = not ended and ask.status == READY
     ask.rule("continuous-details", holds, "the status went from 0x0100 to 0x0000")
 
 
 @reading({"robot-type": ()})
 def robot_type(ask: Asker) -> None:
-    """Is the type of a robot that of its first axis?"""
+    """Does a robot have the type of its first axis?"""
     fields = ask.command("ReadSystemConfiguration", 1).fields
     ask.needs(bool(fields), "the system configuration reference did not end normally")
     text = f"robot {fields['robot_type']}, axes {fields['axis_types']}"
@@ -194,7 +194,7 @@ def robot_type(ask: Asker) -> None:
 def alarm_places(ask: Asker) -> None:
     """Does the alarm of a command with a robot come from that robot?"""
     refused = ask.command("ReadParameter", 1, parameter=_ACCEL, axes=_AXIS_6)
-    ask.needs(bool(refused.alarm), "a parameter of axis 6 was answered")
+    ask.needs(bool(refused.alarm), "the reference to axis 6 ended without an alarm")
     fields = ask.command("ReadLatestAlarm").fields
     ask.needs(bool(fields), "the latest alarm reference did not end normally")
     text = f"place {fields['place']}, number {fields['place_number']}"
@@ -218,7 +218,7 @@ def first_image_command(ask: Asker) -> None:
 @reading({"mp-ready": ("mp_ready_in_emergency_stop",)})
 def mp_ready(ask: Asker) -> None:
     """Is SO(04) ON in an emergency stop?"""
-    ask.needs(ask.on("SO00"), "SO(00) is OFF although SI(00) is")
+    ask.needs(ask.on("SO00"), "SO(00) is OFF although SI(00) is OFF")
     ready = ask.on("SO04")
     text = f"SO(04) is {'ON' if ready else 'OFF'} while SO(00) is ON"
     ask.knob("mp_ready_in_emergency_stop", ready, text=text)

@@ -10,21 +10,21 @@ _SOON_US, _LATE_US = 60_000, 500_000
 
 
 def _alarmed(ask: Asker) -> None:
-    """SI(00) ON, and the alarm of an emergency stop waits for its reset."""
+    """Switch SI(00) ON, with the alarm of an emergency stop that waits for its reset."""
     ask.turn("SI00", True)
-    ask.needs(ask.until(lambda: not ask.on("SO00")) is not None, "SO(00) does not go OFF")
+    ask.needs(ask.until(lambda: not ask.on("SO00")) is not None, "SO(00) did not turn OFF")
     ask.turn("SI00", False)
-    ask.needs(ask.until(lambda: ask.on("SO03")) is not None, "SO(03) does not come")
+    ask.needs(ask.until(lambda: ask.on("SO03")) is not None, "SO(03) did not turn ON")
     ask.turn("SI00", True)
     ask.until(lambda: not ask.on("SO00"))
 
 
 def reset(ask: Asker) -> None:
-    """SI(00) ON and no alarm."""
+    """Switch SI(00) ON and reset the alarms."""
     ask.turn("SI00", True)
     ask.until(lambda: not ask.on("SO00"))
     ask.pulse("SI16")
-    ask.needs(not ask.on("SO03"), "an alarm stays after an alarm reset")
+    ask.needs(not ask.on("SO03"), "an alarm remains after an alarm reset")
 
 
 @still(
@@ -39,7 +39,7 @@ def emergency_stop(ask: Asker) -> None:
     reset(ask)
     ask.turn("SI00", False)
     us = ask.until(lambda: ask.on("SO00"))
-    ask.needs(us is not None, "SO(00) does not come")
+    ask.needs(us is not None, "SO(00) did not turn ON")
     ask.delay("emergency_stop_delay", us or 0, f"SO(00) ON after {(us or 0) / 1000:g} ms")
     ask.until(lambda: ask.on("SO03"))
     ask.pulse("SI16")
@@ -48,19 +48,19 @@ def emergency_stop(ask: Asker) -> None:
     ask.knob("reset_in_emergency_stop", early, text=text)
     ask.turn("SI00", True)
     us = ask.until(lambda: not ask.on("SO00"))
-    ask.needs(us is not None, "SO(00) does not go")
+    ask.needs(us is not None, "SO(00) did not turn OFF")
     ask.delay("emergency_release_delay", us or 0, f"SO(00) OFF after {(us or 0) / 1000:g} ms")
     ask.needs(ask.on("SO03"), "there is no alarm to reset")
     ask.turn("SI16", True)
     us = ask.until(lambda: not ask.on("SO03"))
     ask.turn("SI16", False)
-    ask.needs(us is not None, "SO(03) does not go OFF")
+    ask.needs(us is not None, "SO(03) did not turn OFF")
     ask.delay("alarm_reset_delay", us or 0, f"SO(03) OFF after {(us or 0) / 1000:g} ms")
 
 
 @still(
     {"interval-strict": ("min_interval",)},
-    does="SI(06) goes ON, 60 ms later SI(16): an alarm reset.",
+    does="SI(06) goes ON, and 60 ms later SI(16), an alarm reset.",
 )
 def interval(ask: Asker) -> None:
     """Is a change within 100 ms of the last one recognised?"""
@@ -82,10 +82,10 @@ def interval(ask: Asker) -> None:
 
 @still(
     {"interval-levels": ("late_levels",)},
-    does="SI(06) goes ON, 60 ms later SI(00): the emergency stop is released, or not.",
+    does="SI(06) goes ON, and 60 ms later SI(00), which may release the emergency stop.",
 )
 def late_level(ask: Asker) -> None:
-    """Is an input that came too early taken as a level later?"""
+    """Is the level of an input that has changed too early recognised later?"""
     ask.turn("SI06", True)
     ask.turn("SI00", True, after_us=_SOON_US)
     us = ask.until(lambda: not ask.on("SO00"), _LATE_US)
@@ -95,14 +95,14 @@ def late_level(ask: Asker) -> None:
     ask.knob("late_levels", us is not None, text=text)
 
 
-@still({"interval-stops": ()}, does="SI(16) goes ON, 60 ms later SI(00) OFF.")
+@still({"interval-stops": ()}, does="SI(16) goes ON, and 60 ms later SI(00) goes OFF.")
 def stop_at_once(ask: Asker) -> None:
     """Is a switch-off of SI(00) accepted at once, also directly after another change?"""
     reset(ask)
     ask.turn("SI16", True)
     ask.turn("SI00", False, after_us=_SOON_US)
     us = ask.until(lambda: ask.on("SO00"), _LATE_US)
-    text = "SO(00) does not come" if us is None else f"SO(00) ON after {us / 1000:g} ms"
+    text = "SO(00) did not turn ON" if us is None else f"SO(00) ON after {us / 1000:g} ms"
     ask.rule("interval-stops", us is not None and us < _SOON_US, text)
 
 
@@ -115,7 +115,7 @@ def first_image(ask: Asker) -> None:
     _alarmed(ask)
     ask.drop(2_000_000)
     ask.open("SI00", "SI16")
-    ask.needs(ask.until(lambda: not ask.on("SO00")) is not None, "SO(00) does not go OFF")
+    ask.needs(ask.until(lambda: not ask.on("SO00")) is not None, "SO(00) did not turn OFF")
     edge = not ask.on("SO03")
     text = f"SO(03) is {'OFF' if edge else 'ON'} with SI(16) in the first packet"
     ask.knob("recovery_edges", edge, text=text)
@@ -141,18 +141,18 @@ def link_loss(ask: Asker) -> None:
     does="SI(00) goes ON, then packets have the idle header for half a second.",
 )
 def idle_header(ask: Asker) -> None:
-    """Is a PLC whose program stands still a lost one?"""
+    """Does the controller treat the idle header as a loss of its master?"""
     reset(ask)
     ask.idle(True)
     lost = ask.until(lambda: ask.on("SO00"), _LATE_US) is not None
     ask.idle(False)
-    text = f"SO(00) {'came ON' if lost else 'stayed OFF'} with the idle header"
+    text = f"SO(00) {'turned ON' if lost else 'stayed OFF'} with the idle header"
     ask.knob("idle_header", "loss" if lost else "hold", text=text)
 
 
 @still(
     {"minor-alarms": ("minor_alarms",)},
-    does="SI(12) goes ON while SI(06) is OFF: nothing can start, 12.400 comes.",
+    does="SI(12) goes ON while SI(06) is OFF: nothing can start, 12.400 is raised.",
 )
 def minor_alarms(ask: Asker) -> None:
     """Is 12.400 an alarm that has to be reset?"""
@@ -161,20 +161,20 @@ def minor_alarms(ask: Asker) -> None:
     ask.pulse("SI12")
     serious = ask.on("SO03")
     new = ask.history().new_since(before)
-    ask.needs("12.400" in new, "12.400 did not come")
+    ask.needs("12.400" in new, "12.400 was not raised")
     text = f"SO(03) is {'ON' if serious else 'OFF'} after 12.400"
     ask.knob("minor_alarms", () if serious else ("12.400",), text=text)
 
 
 @still(
     {"command-alarms": ("command_alarm_is_serious",)},
-    does="SI(00) goes ON, alarms are reset, a reference is asked with a wrong number.",
+    does="SI(00) goes ON, alarms are reset, a reference with a wrong number is sent.",
 )
 def command_alarms(ask: Asker) -> None:
     """Does an alarm that ends a command turn SO(03) ON?"""
     reset(ask)
     answer = ask.command("ReadMessage", message=0)
-    ask.needs(bool(answer.alarm), "the wrong number was taken")
+    ask.needs(bool(answer.alarm), "the wrong number was accepted")
     serious = ask.on("SO03")
     text = f"SO(03) is {'ON' if serious else 'OFF'} after alarm {answer.alarm}"
     ask.knob("command_alarm_is_serious", serious, text=text)
@@ -182,7 +182,7 @@ def command_alarms(ask: Asker) -> None:
 
 @still({"reset-command": ()}, does="SI(00) goes ON and OFF; 0x0604 is sent in the emergency stop.")
 def reset_command(ask: Asker) -> None:
-    """Does the alarm reset command name an alarm that stays?"""
+    """Does the alarm reset command return the number of a remaining alarm?"""
     reset(ask)
     ask.turn("SI00", False)
     ask.until(lambda: ask.on("SO03"))
@@ -194,7 +194,7 @@ def reset_command(ask: Asker) -> None:
 
 @still(
     {"messages": ("newest_message_first",)},
-    does="SI(00) goes ON and OFF, a reference is asked with a wrong number: two alarms come.",
+    does="SI(00) goes ON and OFF, a reference has a wrong number: two alarms follow.",
 )
 def message_order(ask: Asker) -> None:
     """Is message 1 the newest?"""
@@ -208,8 +208,8 @@ def message_order(ask: Asker) -> None:
         ask.pulse("SI16")
         latest = ask.command("ReadMessage", message=0).alarm
     first = ask.history().newest_first(before, latest)
-    ask.needs(first is not None, "the messages do not tell")
-    ask.knob("newest_message_first", first, text="where two new alarms came into the history")
+    ask.needs(first is not None, "the messages do not show their order")
+    ask.knob("newest_message_first", first, text="position of two new alarms in the history")
 
 
 @still(
@@ -232,7 +232,7 @@ def program_reset(ask: Asker) -> None:
     ask.telegram(telegram("WriteIoPort", port_type=6, port=2, pattern=before))
     if not was and us is not None:
         ask.delay("program_reset_delay", us, f"SO(14) ON after {us / 1000:g} ms")
-    ask.needs(us is not None, "SO(14) does not come")
+    ask.needs(us is not None, "SO(14) did not turn ON")
     text = f"SO(20) is {'ON' if kept else 'OFF'} after the reset"
     ask.knob("reset_clears_outputs", not kept, text=text)
 

@@ -1,4 +1,4 @@
-"""What the tests of this cell share. `cell` and `robot` come from rcx-harness."""
+"""The fixtures that the tests of this cell share. `cell` and `robot` come from rcx-harness."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rcx_harness import Cell
 
 @pytest.fixture
 def moving(cell: Cell) -> Cell:
-    """The cell, safe and started; the robot is on its way to the first part."""
+    """Return the cell, safe and started; the robot is on its way to the first part."""
     cell["Main.CellSafe"] = True
     cell.run_until(lambda: cell["Main.Robot.SO.SO01_CpuOk"], within="1s")
     press(cell, "Main.Start")

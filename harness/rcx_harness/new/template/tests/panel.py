@@ -1,4 +1,4 @@
-"""The operator of the cell, as the tests play him."""
+"""The actions of the operator for the tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An alarm of the controller stops the cycle; the operator continues."""
+"""An alarm of the controller stops the cycle; the operator continues it."""
 
 from __future__ import annotations
 

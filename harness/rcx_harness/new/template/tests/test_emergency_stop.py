@@ -1,4 +1,4 @@
-"""The emergency stop: at once, and nothing continues by itself."""
+"""The emergency stop acts at once, and nothing continues by itself."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_it_stops_the_cell_whatever_it_is_doing(cell: Cell, stage: str) -> None:
     cell.run_until(lambda: cell["Main.Robot.SO.SO01_CpuOk"], within="1s")
     cell["Main.Start"] = True
     cell.run_until(lambda: cell["Main.Stage"] == stage, within="10s")
-    cell.run("20ms")  # it is under way
+    cell.run("20ms")  # the movement is under way
     cell["Main.CellSafe"] = False
     cell.run_until(lambda: cell["Main.Stage"] == "CELL_FAULT", within="15s")
     assert cell["Main.Fault"] != 0

@@ -1,4 +1,4 @@
-"""The network cable: loss stops the cycle, and its return starts nothing."""
+"""A lost link stops the cycle, and the return of the link starts nothing."""
 
 from __future__ import annotations
 

@@ -9,12 +9,12 @@ from rcx_harness import Cell
 
 
 def gripper(cell: Cell) -> bool:
-    """DO2(0), bit 0 of output port 2 of the robot."""
+    """Return DO2(0), bit 0 of output port 2 of the robot."""
     return bool(cell.robot.read_port("DO(20)"))
 
 
 def point(cell: Cell, number: int) -> list[int]:
-    """Where a point of robot.toml is, in pulses of the robot's axes."""
+    """Return the position of a point of robot.toml in pulses of the robot's axes."""
     return list(cell.robot.points[number].data[: len(cell.robot.positions)])
 
 

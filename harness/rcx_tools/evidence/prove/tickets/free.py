@@ -46,15 +46,15 @@ def _call_goals(library: Library, channel: str) -> Iterator[Goal]:
         z3.Implies(z3.And(in_time, was.waits, loss), z3.Not(job.busy)),
     )
     yield step.goal(
-        f"{part}: a loss ends one without a ticket, but where it takes its ticket in this scan",
+        f"{part}: a loss ends a block without a ticket, except if it takes one in this scan",
         z3.Implies(z3.And(in_time, loss, job.busy), after.tickets == before.tickets + 1),
     )
     yield step.goal(
-        f"{part}: whose turn it is is active in its next call, or ends in it",
+        f"{part}: a block with the turn is active in its next call, or ends in it",
         z3.Implies(turn, z3.Or(goes_on, z3.Not(job.busy))),
     )
     yield step.goal(
-        f"{part}: in a turn it asks for its request until it is on the wire",
+        f"{part}: in its turn it makes its request until that is on the wire",
         z3.Implies(
             z3.And(turn, z3.Not(applied), trouble == 0, z3.Not(loss), job.busy),
             z3.And(step.now(("JOB1", "REQUEST")), step.now(("JOB1", "ARMED"))),
@@ -68,7 +68,7 @@ def _call_goals(library: Library, channel: str) -> Iterator[Goal]:
         ),
     )
     yield step.goal(
-        f"{part}: so does a reason against it that is believed",
+        f"{part}: a valid error ends the turn, too",
         z3.Implies(
             z3.And(turn, was.active, trouble != 0, step.was(("JOB1", "SETTLED"))),
             z3.Not(job.busy),
@@ -85,16 +85,18 @@ def _write_goals(library: Library, channel: str, block: str) -> Iterator[Goal]:
     free = z3.And(after.turns == after.tickets, z3.Not(after.orphan))
     nobody = z3.And(works, before.unseen)
     if not before.remote:
-        yield step.goal(f"{part}: where nobody has a ticket, it is free", z3.Implies(nobody, free))
+        yield step.goal(
+            f"{part}: if no block has a ticket, the channel is free", z3.Implies(nobody, free)
+        )
         return
     phase = step.now((*ROBOT, "INNER", "PHASE"))
     link = z3.And(step.was((*ROBOT, "CONNECTED")), step.was((*ROBOT, "SO", "SO01_CPUOK")))
     yield step.goal(
-        f"{part}: where nobody has a ticket and no command is out, it is free",
+        f"{part}: without a ticket and without a sent command the channel is free",
         z3.Implies(z3.And(nobody, phase != _RUN), free),
     )
     yield step.goal(
-        f"{part}: a loss takes the command off the wire, and nobody is waited for",
+        f"{part}: a loss clears the command on the wire, and no block is awaited",
         z3.Implies(
             z3.And(works, z3.Not(link)),
             z3.And(
@@ -105,7 +107,7 @@ def _write_goals(library: Library, channel: str, block: str) -> Iterator[Goal]:
         ),
     )
     yield step.goal(
-        f"{part}: no request is left from one scan to the next",
+        f"{part}: no request remains from one scan to the next",
         z3.Implies(works, z3.Not(step.now((*ROBOT, "INNER", "CODEREQUEST")))),
     )
 
@@ -269,7 +271,7 @@ def _scan_goals(library: Library, who: str) -> Iterator[Goal]:
             z3.Or(z3.Not(scan.term((*job, "BUSY"))), scan.nearer()),
         )
         yield scan.goal(
-            "COMMAND: who holds the turn keeps it to the end",
+            "COMMAND: a block with the turn keeps it to the end",
             (scan.term((*job, "BUSY")),),
             z3.And(scan.term((*job, "ACTIVE")), turn == scan.channel.serving),
         )
@@ -308,20 +310,20 @@ def _limit(library: Library, channel: str) -> Iterator[Goal]:
     more = z3.And(limited, was.busy, job.busy)
     in_bounds = z3.And(waited >= -1, waited < longest)
     yield step.goal(
-        f"{channel}: one that goes on is below its limit, but in the scan of its ticket",
+        f"{channel}: a block that continues is below its limit, except in the scan of its ticket",
         z3.Implies(
             z3.And(limited, job.busy, z3.Or(z3.Not(took), z3.Not(was.busy))), after < longest
         ),
     )
     yield step.goal(
-        f"{channel}: one that had reached it before ends, or its own turn begins",
+        f"{channel}: a block that had reached its limit ends, or its turn begins",
         z3.Implies(
             z3.And(more, was.waits, was.lives(step.before.channel), waited >= longest),
             z3.And(after <= 0, z3.Or(job.active, z3.Not(step.before.channel.orphan))),
         ),
     )
     yield step.goal(
-        f"{channel}: in its turn, and behind an orphan, every scan counts",
+        f"{channel}: in its turn, and behind an orphan, each scan is counted",
         z3.Implies(
             z3.And(
                 more,
@@ -332,7 +334,7 @@ def _limit(library: Library, channel: str) -> Iterator[Goal]:
         ),
     )
     yield step.goal(
-        f"{channel}: its own turn counts from its begin",
+        f"{channel}: its own turn is counted from its start",
         z3.Implies(z3.And(limited, job.busy, job.active, z3.Not(was.active)), after == 0),
     )
     over = z3.Or(
@@ -340,7 +342,7 @@ def _limit(library: Library, channel: str) -> Iterator[Goal]:
         z3.And(limited, in_bounds, z3.Not(z3.And(waited >= 0, waited + elapsed >= longest))),
     )
     yield step.goal(
-        f"{channel}: no limit ends it early, and none where there is none",
+        f"{channel}: a limit never ends it early, and a block without a limit is not ended",
         z3.Implies(
             z3.And(was.busy, z3.Not(job.busy), over, step.was(("JOB1", "TROUBLE")) == 0),
             z3.Or(job.error == pins["ANSWER"], z3.Not(_one_of(job.error, _LIMIT))),
@@ -357,9 +359,9 @@ def _rests_on(part: str) -> list[str]:
 PROPERTIES = (
     Property(
         "turn-free",
-        "From every state a channel becomes free: two scans after a loss; otherwise each scan of a"
-        " turn brings its end nearer, where the controller answers, and the next that lives is"
-        " active in its next call.",
+        "From every state a channel becomes free. After a loss this takes two scans. Otherwise, "
+        "if the controller answers, each scan of a turn brings its end nearer, and the next block "
+        "that is still called is active in its next call.",
         "guide chapter 2; docs/explanation/scan-model.md",
         ("inner", "calls", "missed", "waiters", "counts", "answers"),
         _free,
@@ -372,8 +374,9 @@ PROPERTIES = (
     ),
     Property(
         "turn-limit",
-        "A block with a time limit ends at the latest in the call in which its own turn, or its"
-        " wait behind a command whose block has gone, has lasted as long; no sooner by the limit.",
+        "A block with a time limit ends at the latest in the call in which its own turn, or its "
+        "wait behind a command whose block is not called any more, has reached the limit. The "
+        "limit does not end it earlier.",
         "docs/explanation/scan-model.md",
         ("inner", "calls", "missed", "waiters", "counts"),
         _limit,

@@ -1,7 +1,7 @@
 """The ticket model of a channel: its invariant, each job's, and that of each two jobs.
 
-The PLC counts scans, tickets and turns in 16 bits, which wrap. Ghost counters of 48 bits stand
-beside the program and never wrap. The proof is an induction over the calls of any block. Each call
+The PLC counts scans, tickets and turns in 16 bits, which wrap. The proof adds ghost counters of 48
+bits, which never wrap. The proof is an induction over the calls of any block. Each call
 keeps the invariant of the channel, of any job and of any two jobs. The number of jobs does not
 occur, so the proof holds for all.
 """
@@ -81,20 +81,20 @@ class Channel:
         """Return the invariant of the channel between any two calls, by name."""
         waiting = self.tickets - self.turns
         return {
-            "the counts of the PLC are those beside it": z3.And(
+            "the counters of the PLC agree with the ghost counters": z3.And(
                 self.next == low(self.tickets),
                 self.serving == low(self.turns),
                 self.number == low(self.scan),
             ),
-            "at most 32767 tickets have been taken from the turn on": z3.And(
+            "at most 32767 tickets were taken since the turn": z3.And(
                 self.turns >= 1 << 16,
                 self.turns <= self.tickets,
                 waiting <= FARTHEST,
             ),
-            "Lowest is no ticket before the turn, and none that is not taken yet": z3.Implies(
+            "Lowest is a ticket that was taken, and not before the turn": z3.Implies(
                 self.written, z3.ULE(until(self.serving, self.lowest), waiting)
             ),
-            "where nobody was seen, Lowest is NextTicket": z3.And(
+            "if no block was called, Lowest is NextTicket": z3.And(
                 z3.Implies(z3.And(self.written, self.unseen), self.lowest == self.next),
                 z3.Implies(z3.Not(self.inside), z3.Or(self.unseen, z3.Not(self.written))),
             ),
@@ -149,13 +149,13 @@ class Job:
         """Return the invariant of the job between any two calls, by name."""
         lives = self.lives(channel)
         return {
-            "a job that is active is busy, one that is busy has no error": z3.And(
+            "an active job is busy; a busy job has no error": z3.And(
                 z3.Implies(self.active, self.busy),
                 z3.Implies(self.busy, z3.And(self.error == 0, self.last == low(self.seen))),
                 self.seen <= channel.scan,
                 self.seen >= 0,
             ),
-            "its ticket is one that was taken, and not passed": z3.Implies(
+            "its ticket was taken, and has not been passed": z3.Implies(
                 lives,
                 z3.And(
                     self.mine == low(self.ticket),
@@ -164,7 +164,7 @@ class Job:
                     self.waits == (self.ticket >= channel.turns),
                 ),
             ),
-            "it is active at its own turn only, and its turn has no orphan": z3.And(
+            "it is active only in its own turn, without an orphan": z3.And(
                 z3.Implies(
                     z3.And(lives, self.active), z3.And(self.waits, self.ticket == channel.turns)
                 ),
@@ -173,7 +173,7 @@ class Job:
                     z3.Not(channel.orphan),
                 ),
             ),
-            "Lowest is at most its ticket once it was seen, and another before": z3.Implies(
+            "Lowest is at most its ticket after its call, and differs before": z3.Implies(
                 z3.And(lives, self.waits, channel.written, channel.inside),
                 z3.And(
                     z3.Implies(

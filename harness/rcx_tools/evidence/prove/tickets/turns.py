@@ -197,7 +197,7 @@ def _once(library: Library, part: str) -> Iterator[Goal]:
             z3.Not(z3.And(*both, one.active, two.active)),
         )
         yield Goal(
-            f"{part}: in whatever order, one that is active has the ticket that is served",
+            f"{part}: in any order of calls, an active job has the served ticket",
             tuple(step.machine.assumptions),
             z3.Implies(
                 z3.And(
@@ -210,11 +210,11 @@ def _once(library: Library, part: str) -> Iterator[Goal]:
         was, job = step.before.channel, step.before.jobs[0]
         own = job.mine == was.serving
         yield step.goal(
-            f"{part}: who keeps his turn from scan to scan has the ticket that is served",
+            f"{part}: a job that keeps its turn has the served ticket",
             model.keeps_turn(job.busy, job.active, job.last, was.number, own),
         )
         yield step.goal(
-            f"{part}: a request is made in the own turn only",
+            f"{part}: a job makes a request only in its turn",
             z3.Implies(
                 step.now(("JOB1", "REQUEST")),
                 z3.And(one.active, one.mine == step.after.channel.serving),
@@ -229,7 +229,7 @@ def _order(library: Library, part: str) -> Iterator[Goal]:
     other = after.jobs[1]
     waits = z3.And(other.lives(after.channel), other.waits)
     yield step.goal(
-        f"{part}: nobody who waits is passed over",
+        f"{part}: no waiting job is skipped",
         z3.Implies(waits, after.channel.turns <= other.ticket),
     )
     yield step.goal(
@@ -243,7 +243,7 @@ def _order(library: Library, part: str) -> Iterator[Goal]:
         return
     job, was = after.jobs[0], before.jobs[0]
     yield step.goal(
-        f"{part}: who begins a turn has the oldest ticket of all that wait",
+        f"{part}: a job that begins a turn has the oldest ticket",
         z3.Implies(
             z3.And(job.active, z3.Not(was.active), waits),
             z3.And(job.ticket == after.channel.turns, job.ticket < other.ticket),
@@ -251,11 +251,11 @@ def _order(library: Library, part: str) -> Iterator[Goal]:
     )
     took = after.channel.tickets != before.channel.tickets
     yield step.goal(
-        f"{part}: a new ticket is behind all that wait",
+        f"{part}: a new ticket comes after all waiting tickets",
         z3.Implies(z3.And(took, waits), job.ticket > other.ticket),
     )
     yield step.goal(
-        f"{part}: who waits keeps its ticket",
+        f"{part}: a waiting job keeps its ticket",
         z3.Implies(
             z3.And(was.lives(before.channel), was.waits, job.busy),
             z3.And(z3.Not(took), job.mine == was.mine),
@@ -280,7 +280,7 @@ def _back(library: Library, part: str) -> Iterator[Goal]:
     held = z3.And(z3.BoolVal(channel == "COMMAND"), on_wire, after.orphan)
     stays = z3.And(after.turns == before.turns, after.lowest == before.lowest)
     yield step.goal(
-        f"{part}: who ends in its turn passes it on, unless its command is held to its end",
+        f"{part}: a job that ends in its turn passes it on, unless its command is held",
         z3.Implies(
             holder,
             z3.Or(
@@ -294,18 +294,18 @@ def _back(library: Library, part: str) -> Iterator[Goal]:
         z3.Implies(z3.And(after.orphan, z3.Not(before.orphan)), z3.And(holder, held)),
     )
     yield step.goal(
-        f"{part}: who has no turn passes none on",
+        f"{part}: a job without the turn does not pass it on",
         z3.Implies(z3.Not(holder), after.turns == before.turns),
     )
     yield step.goal(
-        f"{part}: Lowest is only ever the ticket of one who goes on",
+        f"{part}: Lowest is always the ticket of a job that continues",
         z3.Or(
             after.lowest == before.lowest,
             z3.And(job.busy, job.waits, after.lowest == job.mine),
         ),
     )
     yield step.goal(
-        f"{part}: who was left out, is called twice or out of place ends, and changes no turn",
+        f"{part}: a job that was not called, or was called twice or out of place, ends",
         z3.Implies(
             z3.And(was.busy, z3.Or(was.seen != before.scan - 1, z3.Not(placed))),
             z3.And(z3.Not(job.busy), z3.Not(job.active), job.error != 0, stays),
@@ -320,14 +320,16 @@ def _taken_back(step: Step, part: str) -> Iterator[Goal]:
     gone = z3.And(works, before.serving != before.lowest)
     moved = z3.And(after.serving == before.lowest, z3.Not(after.orphan))
     yield step.goal(
-        f"{part}: who was seen in its turn keeps it",
+        f"{part}: a job that was called in its turn keeps it",
         z3.Implies(
             z3.Or(z3.Not(works), before.serving == before.lowest),
             z3.And(after.turns == before.turns, after.orphan == before.orphan),
         ),
     )
     if not before.remote:
-        yield step.goal(f"{part}: the turn of one who is gone goes on", z3.Implies(gone, moved))
+        yield step.goal(
+            f"{part}: the turn of a job that is gone passes on", z3.Implies(gone, moved)
+        )
         return
     run = 3
     phase = (*ROBOT, "INNER", "PHASE")
@@ -346,11 +348,11 @@ def _taken_back(step: Step, part: str) -> Iterator[Goal]:
         z3.And(z3.Not(out), z3.Not(step.was((*ROBOT, "INNER", "CODEREQUEST")))),
     )
     yield step.goal(
-        f"{part}: the turn of one who is gone goes on when its command is over",
+        f"{part}: the turn of a job that is gone passes on at the end of its command",
         z3.Implies(z3.And(gone, over), moved),
     )
     yield step.goal(
-        f"{part}: while it is not over, it stays",
+        f"{part}: until then the turn stays",
         z3.Implies(
             gone,
             z3.If(
@@ -375,17 +377,17 @@ def _rests_on(part: str) -> list[str]:
 PROPERTIES = (
     Property(
         "turn-hands",
-        "What the turns rest on is written by FB_RcxJob, FB_ReadArea and FB_WriteArea only, and"
-        " every block hands its job what the proofs of the turns assume.",
+        "Only FB_RcxJob, FB_ReadArea and FB_WriteArea write the variables behind the turns, and "
+        "every block passes to its job the inputs that the proofs of the turns assume.",
         "docs/explanation/scan-model.md",
         ("inner",),
         writers.goals,
     ),
     Property(
         "turn-once",
-        "Two blocks never have the same turn or tickets that the PLC cannot tell apart, however"
-        " many blocks there are; one that keeps its turn from scan to scan has the ticket that is"
-        " served.",
+        "With any number of blocks, two blocks never have the same turn, or tickets that the PLC "
+        "cannot distinguish. A block that keeps its turn from scan to scan has the ticket that is "
+        "served.",
         "docs/explanation/scan-model.md",
         ("inner", "calls", "missed", "waiters", "counts"),
         _once,
@@ -394,8 +396,8 @@ PROPERTIES = (
     ),
     Property(
         "turn-order",
-        "First come, first served: no block begins its turn before one that lives and has the"
-        " older ticket.",
+        "First come, first served: no block begins its turn before a block that is still called "
+        "and has an older ticket.",
         "docs/explanation/scan-model.md",
         ("inner", "calls", "missed", "waiters", "counts"),
         _order,
@@ -404,9 +406,9 @@ PROPERTIES = (
     ),
     Property(
         "turn-back",
-        "A block that ends in its turn passes it on; a command that is still on the wire keeps it"
-        " until its end or a loss; the turn of a block that is gone, or was called out of place,"
-        " goes to the next that lives.",
+        "A block that ends in its turn passes the turn on. A command that is still on the wire "
+        "keeps the turn until its end or a loss. If a block is not called any more, or is called "
+        "out of place, its turn passes to the next block that is still called.",
         "docs/explanation/scan-model.md",
         ("inner", "calls", "missed", "waiters", "counts"),
         _back,

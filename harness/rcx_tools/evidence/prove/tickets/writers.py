@@ -150,7 +150,7 @@ def goals(library: Library, part: str) -> Iterator[Goal]:
         writes += _bad_writes(name, pou)
         calls += _bad_calls(pou)
     for told, found in (
-        ("a channel, the number of the scan, the phase and a job's work have one writer", writes),
-        ("each job gets its channel, the scan and the answer as they are", calls),
+        ("channel, number of the scan, phase and work of a job have one writer each", writes),
+        ("each job receives its channel, scan and answer unchanged", calls),
     ):
         yield Goal(told, (), not found, dict.fromkeys(found, 1))

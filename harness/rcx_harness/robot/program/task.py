@@ -1,0 +1,210 @@
+"""One robot program as a task: its state, its progress and its variables."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+from rcx_harness.robot.config import RobotProgram
+from rcx_harness.robot.program.code import program_code
+from rcx_harness.robot.program.execution import Frame
+from rcx_harness.robot.program.movements import Statement
+from rcx_harness.robot.program.syntax import Program
+from rcx_harness.robot.program.values import Value
+
+__all__ = ["MAIN_PRIORITY", "NEXT_LINE", "RUN", "STEP", "RobotTask"]
+
+#: Modes of a start: all lines, one line, or one line including the subroutines that it calls.
+RUN, STEP, NEXT_LINE = "run", "step", "next"
+
+#: Priority of the main program and of programs that others start.
+MAIN_PRIORITY = 32
+
+
+class RobotTask:
+    """One program as a task. `elapsed_us` is the time for which it has run, without its stops.
+
+    `state` is `ready` (reset, or not yet started), `running`, `stopped`, `suspended` or `ended`.
+
+    Attributes:
+        number: Its number in the table of tasks; 0 while the program is not registered.
+        priority: 1 (first in each cycle) to 64.
+        temporary: START has registered it, so it leaves the table at its end or reset.
+        variables: Its variables by name; elements of arrays as `A%(3)`.
+        begun: Position of the instruction that has begun and not ended; -1: none.
+        full_cycles: Number of cycles in which it has used up its statements, such as by an endless
+            loop.
+        full_line: Its line at the end of the last of these cycles.
+    """
+
+    def __init__(self, program: RobotProgram, variables: dict[str, Value], plain: str) -> None:
+        self.program = program
+        self.code: Program = program_code(program, plain)
+        self.state = "ready"
+        self.number = 0
+        self.priority = MAIN_PRIORITY
+        self.temporary = False
+        self.full_cycles, self.full_line = 0, 0
+        self.variables = variables if self.code.shared else {}
+        self.rewind()
+        self.since_us = 0
+
+    def rewind(self) -> None:
+        """Go back to the first instruction; the program's own variables have no value again."""
+        self.at = 0
+        self.begun = -1
+        self.elapsed_us = 0
+        self.until_us: int | None = None
+        """The end of the wait under way, counted as `elapsed_us`; None without an end."""
+        self.waits = False
+        """Whether only an input from the master can end its wait."""
+        self.frames: list[Frame] = []
+        self.handler = -1
+        self.error: tuple[str, int] | None = None
+        self.error_at = -1
+        self.execution: Statement | None = None
+        self.passed: set[int] = set()
+        self.moving_at = -1
+        """The position of the statement that has begun a movement and has not ended; or -1."""
+        self.interrupted = False
+        self.mode = RUN
+        self.depth = 0
+        if not self.code.shared:
+            self.variables.clear()
+
+    @property
+    def integers(self) -> bool:
+        """Return whether variables without a type character are integers."""
+        return self.code.integers
+
+    @property
+    def line(self) -> int:
+        """Return the line that is executed, from 1."""
+        return self.code.line(self.at)
+
+    @property
+    def stack(self) -> list[tuple[str, int]]:
+        """Return the subroutines that have not returned and the current line of each.
+
+        The innermost subroutine is first, the program is last. Labels have their asterisk.
+        """
+        names = [self.program.name, *(self._called(frame) for frame in self.frames)]
+        lines = [*(self.code.line(frame.back - 1) for frame in self.frames), self.line]
+        return list(zip(names, lines, strict=True))[::-1]
+
+    def _called(self, frame: Frame) -> str:
+        """Return the name of the subroutine of a call."""
+        call = self.code.code[frame.back - 1]
+        return str(call.args[0]) if call.kind in ("call", "gosub") else "GOSUB"
+
+    @property
+    def endless(self) -> bool:
+        """Return whether the task runs forever without executing any instruction."""
+        return self.program.begins_again and not self.program.has_code and self.mode == RUN
+
+    def variable(self, name: str) -> Value | None:
+        """Return a variable, or None if it has no value yet."""
+        variables, key = self._place(name, len(self.frames) - 1)
+        return variables.get(key)
+
+    def assign_variable(self, name: str, value: Value) -> None:
+        """Assign a converted value to a variable."""
+        variables, key = self._place(name, len(self.frames) - 1)
+        variables[key] = value
+
+    def _place(self, name: str, depth: int) -> tuple[dict[str, Value], str]:
+        """Return the variables that contain a name at a depth of calls, and its key in them."""
+        base = name.partition("(")[0].removeprefix("DIM@")
+        while depth >= 0:
+            frame = self.frames[depth]
+            if frame.variables is None:  # a GOSUB
+                depth -= 1
+            elif base in frame.references:
+                depth, other = frame.references[base]
+                name, base = name.replace(base, other, 1), other
+            elif base in frame.shared:
+                break
+            else:
+                return frame.variables, name
+        return self.variables, name
+
+    def passed_us(self, now_us: int) -> int:
+        """Return the progress of the task without the time of its stops [us]."""
+        return self.elapsed_us + now_us - self.since_us
+
+    def go(self, now_us: int, mode: str = RUN) -> None:
+        """Start the task, or continue it after a stop, in the given mode."""
+        self.state = "running"
+        self.since_us = now_us
+        self.mode = mode
+        self.depth = len(self.frames)
+        self.interrupted = True
+
+    def pause(self, now_us: int, state: str = "stopped") -> None:
+        """Stop the task, or suspend it; the time until it continues does not count."""
+        if self.state == "running":
+            self.state = state
+            self.elapsed_us += now_us - self.since_us
+
+    def end(self) -> None:
+        """End the task; its next start begins at the first instruction."""
+        if self.state in ("running", "stopped", "suspended"):
+            self.state = "ended"
+            self.rewind()
+        self._leave()
+
+    def reset(self) -> None:
+        """Reset the task to its first instruction; it does not run."""
+        self.rewind()
+        self.state = "ready"
+        self._leave()
+
+    def skip(self) -> None:
+        """Skip the current line."""
+        self.until_us, self.waits, self.execution, self.moving_at = None, False, None, -1
+        self.begun = -1
+        self.state = "stopped"
+        self.at = self.code.behind(self.line)
+        self.come_round()
+
+    def come_round(self) -> None:
+        """If the task is behind its last line, go back to the first line or end."""
+        if self.at < len(self.code.code):
+            return
+        self.rewind()
+        if not self.program.begins_again:
+            self.end()
+
+    def has_done(self, at: int) -> bool:
+        """Return whether the task was started for one line only and has finished it.
+
+        Args:
+            at: Position of the instruction that the task has just executed.
+        """
+        if self.mode == RUN or (at < self.at < len(self.code.code)
+                                and self.line == self.code.line(at)):  # fmt: skip
+            return False
+        return self.mode == STEP or len(self.frames) <= self.depth
+
+    def due_us(self, now_us: int) -> int | None:
+        """Return when the task continues by itself; None if it waits for an input or is stopped."""
+        if self.state != "running" or self.endless:
+            return None
+        if self.until_us is None:
+            return None if self.waits else now_us
+        due_us = self.since_us + self.until_us - self.elapsed_us
+        kind = self.code.code[self.at].kind if self.at < len(self.code.code) else ""
+        return due_us if self.waits or kind in ("delay", "duration") else now_us
+
+    def _leave(self) -> None:
+        if self.temporary:
+            self.number, self.temporary = 0, False
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> RobotTask:
+        """Return a copy that shares the program, because programs never change."""
+        copied = RobotTask.__new__(RobotTask)
+        memo[id(self)] = copied
+        copied.__dict__.update(self.__dict__)
+        for name in ("variables", "frames", "execution", "passed"):
+            setattr(copied, name, copy.deepcopy(getattr(self, name), memo))
+        return copied
