@@ -142,7 +142,6 @@ REPOSITORIES = (
             "Sources/TwinCAT.OpenFramework.[!ST]*/*.plcproj",
             "Sources/TwinCAT.OpenFramework.T[ai]*/*.plcproj",
         ),
-        beyond="generic constants of blocks (VAR_GENERIC), exceptions (__TRY), jumps",
     ),
     Repository(
         "WitchCraftWorks/IEC61131-3-CDSV3",

@@ -214,8 +214,8 @@ class Declarations(Types):
                 if symbol is not None:
                     symbols[name.key] = symbol
             file, at = str(declared.file), declared.node.at
-            name = f"{declared.node.name.text}.{START.lower()}{number}"
-            pou = Pou("FUNCTION", name, file, symbols, words=(START,), at=at)
+            title = f"{declared.node.name.text}.{START.lower()}{number}"
+            pou = Pou("FUNCTION", title, file, symbols, words=(START,), at=at)
             yield Scope(pou, declared, self.registry, self), sections
 
     def global_symbol(self, key: str, local: str = "") -> Symbol | None:

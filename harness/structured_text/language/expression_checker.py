@@ -295,6 +295,8 @@ class ExpressionChecker:
             return self.scope.error(f"{node.text} is not declared", node.at, hint)
         pou = self.scope.pou
         if pou.name.upper().rpartition(".")[2] == node.key and pou.kind in ("FUNCTION", "METHOD"):
+            if pou.name.upper() in self.scope.declarations.broken:
+                return ConsequenceError(f"the type of {pou.name} has an error")
             text = f"the {pou.kind} {node.text} has no result"
             return self.scope.error(text, node.at, f"write {pou.kind} {node.text} : and its type")
         symbols = [symbol.name for symbol in pou.symbols.values()]

@@ -82,7 +82,7 @@ class _Maker:
             new = self._rewritten(old, constants, place)
             if new is not old and new != old:
                 changed[one.name] = new
-        return replace(node, **changed) if changed else node  # type: ignore[type-var]
+        return replace(node, **changed) if changed else node
 
     def _named(self, spec: s.NamedSpec, constants: _Constants, place: int) -> s.NamedSpec:
         values = [_resolved(one, constants) for one in spec.generics]

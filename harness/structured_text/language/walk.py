@@ -101,7 +101,7 @@ def bodies(one: _One) -> list[tuple[_One, ...]]:
         ]
         return [*inner, getattr(one, "otherwise", ())]
     if isinstance(one, (s.Try, t.Try)):
-        return [one.body, one.handler, one.last]  # type: ignore[list-item]
+        return [one.body, one.handler, one.last]
     return [one.body] if hasattr(one, "body") else []
 
 
