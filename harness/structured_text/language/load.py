@@ -496,6 +496,8 @@ def _resolve(
         if visit is not None:
             visit(scope, syntax.body)
         check_start(scope, syntax.sections, errors.append)
+    for scope, sections in declarations.starts_of_globals():
+        check_start(scope, sections, errors.append)
     if errors or not whole:
         return None
     try:
