@@ -1,6 +1,6 @@
 """FB_Interlock decides which robot may enter a shared area.
 
-The tests set the data that the blocks have of a robot.
+The tests set the data that the blocks read about each robot.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Table:
 
     @property
     def shown(self) -> str:
-        """Return a letter per robot for Valid, Busy, Error or none, and * while it holds."""
+        """Return V, B, E (Valid, Busy, Error) or - per robot, with * if it holds the area."""
         letters = []
         for k in _ROBOTS:
             on = [name[0] for name in ("Valid", "Busy", "Error") if self[f"Lock{k}.{name}"]]
@@ -511,7 +511,7 @@ def test_enable_in_every_second_scan_takes_no_place_of_another_robot() -> None:
 def test_a_block_that_is_called_twice_in_a_scan_is_an_error(engine: str) -> None:
     """A second call in a scan is an error: it would double the speed of the Timeout.
 
-    The robot would also lose its place each time.
+    The robot would also lose its place in the queue each time.
 
     Source: docs/reference/errors.md, 16#8016; head: called once in every scan
     """

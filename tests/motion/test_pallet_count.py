@@ -111,7 +111,7 @@ def test_a_place_beyond_the_pallet_is_an_error(kept: int) -> None:
 
 
 def test_a_cleared_place_counts_as_full() -> None:
-    """Memory without an initial value is 0, so that the robot must not put a part anywhere."""
+    """Cleared memory is 0, which is not a work position: no part must be put anywhere."""
     pallet = _Pallet((3, 2, 1))
     pallet.place = 0
     assert pallet.shown[0] == "Full"

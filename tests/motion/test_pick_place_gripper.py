@@ -137,7 +137,7 @@ def test_a_part_that_was_not_gripped_is_fetched_anew() -> None:
 
 
 def test_a_hand_that_is_not_empty_does_not_open_just_anywhere() -> None:
-    """A hand with a part, as after a restart of the PLC, does not open at any place.
+    """If the hand has a part at the start, as after a restart of the PLC, it is not opened.
 
     Source: this library's own.
     """

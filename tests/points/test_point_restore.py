@@ -191,7 +191,7 @@ def test_what_is_less_in_the_controller_differs_too(plc: PointsBench, place: int
 
 @pytest.mark.parametrize("kept", [False, True])
 def test_a_row_of_zeros_is_not_the_same_as_none(plc: PointsBench, kept: bool) -> None:
-    """Either the record has the point and the controller has not, or the other way round.
+    """Either only the record has the point, or only the controller has it.
 
     Source: docs/how-to/points.md: a number that is not defined is a row with Defined FALSE.
     """

@@ -36,7 +36,8 @@ def test_where_the_tool_is(
     """At 0 degrees the arms lie along Y. Positive angles turn to -X. R is the sum and 90.
 
     With -60 and 120 degrees, arm 1 points 30 degrees above X (194.856, 112.5 mm) and arm 2 points
-    at 150 degrees (-151.554, 87.5 mm). At 179 degrees: -175 sin 179 and 225 + 175 cos 179.
+    at 150 degrees (-151.554, 87.5 mm). With axis 2 at 179 degrees, X is -175 sin 179 and Y is 225 +
+    175 cos 179.
 
     Rule: robot-coordinates, robot-arm.
     Source: public driver of the YK400XE, joints.xacro and README

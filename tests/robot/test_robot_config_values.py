@@ -185,7 +185,7 @@ def test_the_defaults_of_an_axis_and_of_a_program() -> None:
         "steps": (),
         "file": "",
         "text": "",
-        "path": "",  # these two are not keys of a robot file
+        "path": "",  # path and offset are not keys of a robot file
         "offset": 0,
     }
 

@@ -258,7 +258,7 @@ class Rig:
             cell.fail(f"Done with status 0x{cell.status:04X}")
 
     def _shape(self, answer: Answer, scan: int, ended: int | None) -> None:
-        """Delay or remove the answer before a scan."""
+        """Before a scan runs, delay, remove or interrupt the answer, as the case says."""
         if answer.fate == "normal":
             return
         due = self._due(answer.signal)

@@ -181,9 +181,10 @@ def test_the_examples_show_the_torque_of_axis_3_alone() -> None:
 
 
 def test_a_moving_axis_needs_torque_in_its_direction() -> None:
-    """Axis 3 has 20 % of the maximum torque, which is 100 % of its rated torque.
+    """A moving axis shows half of its rated torque, with the sign of its direction.
 
-    Axes that were not requested show 0.
+    The rated torque is 10 % of the maximum for axis 1, and 20 % for axis 2. At rest, an axis shows
+    its holding torque.
 
     Rule: torque-model.
     Source: remote command guide 4.7.12, 4.7.18
