@@ -360,7 +360,7 @@ def test_the_small_controller_answers_as_the_manual_says() -> None:
     for move, status in (("end", NORMAL_END), ("abnormal", ABNORMAL_END)):
         ended = runs.after(move)
         assert ended.status == status
-        assert "ready" not in ended.moves(Wire(0x0001), every)  # the code is still there
+        assert "ready" not in ended.moves(Wire(0x0001), every)  # the code is still on the wire
         assert "ready" in ended.moves(Wire(0), every)
     on = taken.seen(Wire(0, 0x0043)).after("servo")
     assert on.so & 0x0004

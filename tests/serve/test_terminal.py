@@ -172,7 +172,7 @@ def test_a_terminal_gets_the_table() -> None:
     try:
         os.close(terminal)
         said = b""
-        while b"Module Status" not in said:  # raises an error if the output ends
+        while b"Module Status" not in said:  # os.read fails at the end
             said += os.read(ours, 4096)
         assert "╭" in said.decode(errors="ignore")
         process.send_signal(signal.SIGINT)
