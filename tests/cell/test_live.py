@@ -235,7 +235,7 @@ def test_there_is_no_snapshot_of_a_real_network(cell: Cell) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--realtime"], "only a real network runs in real time; add --link enip"),
+        (["--realtime"], "--realtime needs a real network; add --link enip"),
         (["--realtime", "--link", "enip", "--jitter", "2ms"], "--jitter is for virtual time"),
         (["--realtime", "--link", "enip", "--timeout", "1m"], "cannot be requested"),
     ],

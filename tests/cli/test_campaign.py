@@ -1,4 +1,4 @@
-"""`rcx campaign` and `rcx sweep` have exit codes, findings, and replays for `rcx run`."""
+"""`rcx campaign` and `rcx sweep` report findings by exit codes, and by replays for `rcx run`."""
 
 from __future__ import annotations
 
@@ -348,7 +348,7 @@ def test_a_sweep_injects_at_each_of_several_controllers(here: Path, capsys: Capt
     [
         (["--inject", "link_dwn"], "did you mean link_down"),
         (["--inject", "link_down@2"], "the cell has 1 controller(s)"),
-        (["--inject", "link_down,link_down"], "names something twice"),
+        (["--inject", "link_down,link_down"], "has a name twice"),
         (["--inject", "Main.Goo=true"], "did you mean Go"),
         (["--inject", "Main.Go=3"], "the value is not true or false"),
         (["--inject", "auto_mode"], "'auto_mode' cannot have a duration"),

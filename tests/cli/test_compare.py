@@ -1,4 +1,4 @@
-"""`rcx compare` reads files and options and has exit codes.
+"""`rcx compare` reads its files and options, and reports differences by its exit code.
 
 The comparison itself is tested in tests/look/compare.
 """
@@ -35,7 +35,7 @@ def trace(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_both_sides_of_the_first_differences_are_shown(trace: Path, capsys: Captured) -> None:
     assert main(["compare", str(trace)]) == 1
     lines = capsys.readouterr().out.splitlines()
-    assert "controller 1 is the recorded one, 2 the virtual one" in lines
+    assert "controller 1 is recorded, controller 2 is virtual" in lines
     at = next(k for k, line in enumerate(lines) if "SO(02) Servo ON status output, for" in line)
     assert lines[at].strip().startswith("0.450 s")  # 400 ms of inputs, then 50 ms (not 80)
     assert lines[at + 1].split() == ["recorded", "OFF"]

@@ -96,7 +96,7 @@ def test_a_program_with_a_located_variable_is_explored(folder: Path, capsys: Cap
 
 def test_an_input_without_values_stays_and_is_named(folder: Path, capsys: Captured) -> None:
     assert main(["explore", _written(folder, _LATE), "--input", "Main.Key"]) == 0
-    assert "Main.Button stays as it begins (--input Main.Button" in capsys.readouterr().out
+    assert "Main.Button keeps its initial value (--input Main.Button" in capsys.readouterr().out
 
 
 def test_a_bound_that_is_reached_is_no_end(folder: Path, capsys: Captured) -> None:
@@ -360,7 +360,7 @@ def test_the_small_controller_answers_as_the_manual_says() -> None:
     for move, status in (("end", NORMAL_END), ("abnormal", ABNORMAL_END)):
         ended = runs.after(move)
         assert ended.status == status
-        assert "ready" not in ended.moves(Wire(0x0001), every)  # the code is still there
+        assert "ready" not in ended.moves(Wire(0x0001), every)  # the code is still on the wire
         assert "ready" in ended.moves(Wire(0), every)
     on = taken.seen(Wire(0, 0x0043)).after("servo")
     assert on.so & 0x0004

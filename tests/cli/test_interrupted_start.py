@@ -48,7 +48,7 @@ sys.meta_path.insert(0, Finder())
 """
 _STATION = ("rcx_harness.serve.station_process", ("-", "rcx_harness.serve.station", "."))
 _ADAPTER = ("rcx_harness.enip.target.adapter_process", ("-", "rcx_harness.enip.target.device", "."))
-_CYCLIC = ("rcx_harness.enip.cyclic.process", ("-", "."))  # a copy has the others already
+_CYCLIC = ("rcx_harness.enip.cyclic.process", ("-", "."))  # a forked copy has all modules already
 
 
 def _interrupted(tmp_path: Path, who: str, where: str, *arguments: str) -> tuple[int, str]:

@@ -1,4 +1,4 @@
-"""`rcx judge` has exit codes, outputs and messages."""
+"""`rcx judge` reports broken rules in its output and by its exit code."""
 
 from __future__ import annotations
 

@@ -158,7 +158,7 @@ def test_survivors_are_listed_until_a_better_test_finds_them(
 def test_time_that_is_up_leaves_the_rest_for_the_next_call(project: Path, capsys: Captured) -> None:
     command = ["mutants", "plc", "--json", "found.json", "--minutes", "0", "--", "pytest"]
     assert main([*command[:4], "--fail-under", "0", *command[4:]]) == 0
-    assert "NOT RUN YET (the next call goes on)" in capsys.readouterr().out
+    assert "NOT RUN YET (the next call continues)" in capsys.readouterr().out
     found = _found()
     assert found["killed"] == 0
     assert not Path(".rcx/mutants.jsonl").exists()

@@ -1,4 +1,4 @@
-"""`rcx points` reads and writes files and controllers, and has exit codes."""
+"""`rcx points` reads and writes files and controllers, and reports differences by its exit code."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`rcx probe` asks for confirmations, writes files, has exit codes, and works with `rcx serve`."""
+"""`rcx probe` asks for confirmations, writes files, and works with `rcx serve`."""
 
 from __future__ import annotations
 

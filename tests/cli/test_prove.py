@@ -1,4 +1,4 @@
-"""`rcx prove` has exit codes, a table and JSON."""
+"""`rcx prove` reports its results in a table, in JSON, and by its exit code."""
 
 from __future__ import annotations
 

@@ -79,7 +79,7 @@ def test_hosts_and_ports_can_be_chosen(tools: Path, tmp_path: Path) -> None:
     ("options", "message"),
     [
         (["--interface", "eth9"], 'cannot capture at eth9: There is no device named "eth9"'),
-        ([], "--interface is missing; there are: eth0, lo (Loopback)"),
+        ([], "--interface is missing; the interfaces are: eth0, lo (Loopback)"),
         (["--interface", "eth0", "--host", "robot"], "--host 'robot' is not an IPv4 address"),
         (["--interface", "eth0", "--for", "long"], "--for: 'long' is not a duration"),
     ],

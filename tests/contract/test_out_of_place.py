@@ -49,7 +49,7 @@ class Places(PlcBench):
     """A block that can be called at three places of the scan, and another command in its place.
 
     Args:
-        engine: What runs it.
+        engine: The engine that runs the program.
     """
 
     def __init__(self, engine: str) -> None:

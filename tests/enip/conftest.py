@@ -123,7 +123,7 @@ def session(bench: Bench) -> Session:
 
 @pytest.fixture
 def registered(bench: Bench) -> Session:
-    """Return a connection whose session handle is 1."""
+    """Return a connection with the session handle 1."""
     connection = bench.connect()
     connection.receive(hexa("6500 0400 00000000 00000000 0000000000000000 00000000 0100 0000"))
     return connection

@@ -21,7 +21,7 @@ from structured_text.output.replays import MARK
 
 Captured = pytest.CaptureFixture[str]
 _MOST_LINES = 20
-#: A seed for each inserted fault, whose replay shows the fault.
+#: For each inserted fault, a seed with a replay that shows the fault.
 _SEEDS = {"lost part": 36, "latch": 8, "link loss": 33, "race": 14, "time limit": 0}
 
 

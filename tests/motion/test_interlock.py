@@ -387,7 +387,7 @@ def test_a_waiting_robot_that_is_not_called_any_more_is_passed_over() -> None:
 
 @pytest.mark.parametrize("number", [100, 65_531])
 def test_a_robot_that_was_not_called_while_it_waited_is_the_last(number: int) -> None:
-    """A robot whose calls pause goes to the end of the queue.
+    """A robot that is not called for a while goes to the end of the queue.
 
     This includes scan numbers that restart at 0 with the next call.
     """

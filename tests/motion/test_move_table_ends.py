@@ -391,7 +391,7 @@ def test_in_manual_mode_a_table_may_begin_and_the_mode_changes_nothing() -> None
 
 
 def _doubtful() -> PlcBench:
-    """Return a bench whose relative row 2 of 3 was sent, but whose end was not seen."""
+    """Return a bench that has sent relative row 2 of 3, but has not seen its end."""
     relative = {"Kind": "MOVE_BY_PTP", "Axes": 1}
     plc = moving(*rows_to(1), relative, *rows_to(3), Rows=3, StartRow=2)
     plc["CallTable"] = False

@@ -133,7 +133,7 @@ def _row(words: list[int]) -> tuple[int, bool]:
 def _started(
     rows: list[dict[str, Any]] = _TABLE, lib: Path | None = None, **knobs: Any
 ) -> Iterator[_Watched]:
-    """Return a cell with the servos on, whose table has just been started."""
+    """Return a cell with the servos on and a table that has just been started."""
     config = RobotConfig.load(ROOT / "tests/data/library/table_run.toml")
     config = replace(config, **knobs)
     with Cell.build(

@@ -44,7 +44,7 @@ def _answer(plc: PlcBench, code: int, *response: int) -> int:
 
 
 def _begun(engine: str = "auto", auto: int = 50, **pins: Any) -> PlcBench:
-    """Return an enabled bench whose controller has reported the automatic speed `auto`."""
+    """Return an enabled bench after the controller has reported the automatic speed `auto`."""
     plc = _plc(engine, Enable=True, **pins)
     _answer(plc, 0x050A, 0, auto, 70, 80)
     return plc

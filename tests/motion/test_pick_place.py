@@ -20,7 +20,7 @@ _APPROACH = [
 
 
 def _with_sensor(**pins: Any) -> PickBench:
-    """Return a bench whose DI(21) is ON while the hand is closed: there are parts at the source."""
+    """Return a bench with parts at the source: DI(21) is ON while the hand is closed."""
     plc = picking(**_SENSOR, **pins)
     plc.follows = {21: 20}
     return plc

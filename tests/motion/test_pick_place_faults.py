@@ -37,7 +37,7 @@ def _for_one_scan(plc: PickBench, name: str, value: bool) -> None:
     plc.scan()
     _set(plc, name, not value)
     if name.endswith("Ok"):
-        plc.scan()  # FB_WriteArea, whose pin this is, is called after the blocks
+        plc.scan()  # a pin of FB_WriteArea, which is called after the blocks
 
 
 def _let_another_command_out(plc: PickBench) -> None:

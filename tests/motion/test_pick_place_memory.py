@@ -30,7 +30,7 @@ _DISTURBANCES = [
 
 
 def _begun(place: int, what: str = "", engine: str = "builtin", **kind: Any) -> PartBench:
-    """Return a bench whose command at this place has been sent and is then disturbed."""
+    """Return a bench that has sent the command at this place, which is then disturbed."""
     bench = PartBench(engine, **kind)
     bench["Pick.Execute"] = True
     bench.scan()

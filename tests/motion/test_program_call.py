@@ -25,7 +25,7 @@ class Bench(PlcBench):
     """The controller in its normal state, with a program that waits for a job.
 
     Args:
-        engine: What runs the program.
+        engine: The engine that runs the program.
         words: The images are words.
         size: Of the areas [byte].
     """

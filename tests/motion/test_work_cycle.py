@@ -30,7 +30,7 @@ def _press(plc: PlcBench, pin: str) -> None:
 
 
 def _running(block: str = "Bare") -> PlcBench:
-    """Return a bench whose cycle has powered up and requests its work."""
+    """Return a bench with a cycle that has powered up and requests its work."""
     plc = _bench()
     _press(plc, f"{block}.Start")
     plc.scan_until(lambda: bool(plc[f"{block}.Run"]))

@@ -135,7 +135,7 @@ def test_mutants_of_it_are_tried_with_its_tests(
     assert main(["new", "."]) == 0
     quick = ["--fail-under", "0", "--minutes", "0", "--workers", "1"]
     assert main(["mutants", "plc", *quick, "--", "pytest", "-k", "one_part"]) == 0
-    assert "NOT RUN YET (the next call goes on)" in capsys.readouterr().out
+    assert "NOT RUN YET (the next call continues)" in capsys.readouterr().out
 
 
 def test_the_configurations_of_its_launch_json_can_be_debugged(

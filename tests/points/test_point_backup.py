@@ -73,12 +73,12 @@ def test_each_kind_of_data_has_its_command_and_its_values(
 @pytest.mark.parametrize(
     ("words", "values"),
     [
-        ([0x0041, 0x4242], [0x20202041, _SPACES]),  # ends in the lower byte
-        ([0x4241, 0x4400], [0x20204241, _SPACES]),  # ends before a lower byte
+        ([0x0041, 0x4242], [0x20202041, _SPACES]),  # the comment ends in a lower byte
+        ([0x4241, 0x4400], [0x20204241, _SPACES]),  # the comment ends before a lower byte
         ([0x2020, 0x4241], [0x42412020, _SPACES]),
         ([0x0000, 0x4241], [_SPACES, _SPACES]),
         ([0x4100, 0x4242], [_SPACES, _SPACES]),
-        ([0x4241, 0x0043, 0x4444], [0x20434241, _SPACES]),  # ends in a later word
+        ([0x4241, 0x0043, 0x4444], [0x20434241, _SPACES]),  # the comment ends in a later word
         ([0x00B1, 0x4242], [0x202020B1, _SPACES]),  # a character above 16#7F
     ],
 )

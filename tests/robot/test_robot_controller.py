@@ -224,7 +224,7 @@ def test_cycles_in_which_nothing_is_due_are_skipped_without_a_difference(seed: i
     work = diligent.cycle
 
     def cycle(now_us: int, si: bytes | None) -> bytes:
-        assert diligent.origins is not None  # a reader may change them: no skip
+        assert diligent.origins is not None  # a reader may change them, so no skip
         return work(now_us, si)
 
     diligent.cycle = cycle  # type: ignore[method-assign]

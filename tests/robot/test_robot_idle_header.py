@@ -17,7 +17,7 @@ def _image(word: int = 0, bits: int = 0x41) -> bytes:
 
 
 def _served(idle_header: str) -> ServedHost:
-    """Return a served controller with a master whose program runs."""
+    """Return a served controller with a master that runs its program."""
     served = ServedHost(RobotConfig(idle_header=idle_header))
     served.network.send(_image(7))
     served.run(20)

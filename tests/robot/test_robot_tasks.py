@@ -24,7 +24,7 @@ def _running(**config: Any) -> Master:
 
 
 def _started(*programs: RobotProgram) -> Master:
-    """Return a robot whose main program, the first of these, has been started."""
+    """Return a robot after the start of its main program, which is the first of these."""
     master = powered_up(programs=programs)
     master.pulse("SI12")
     return master

@@ -301,7 +301,7 @@ def _jog(**fields: Value) -> Alone:
 
 
 def test_the_time_limit_of_a_jog_counts_from_its_enable() -> None:
-    """The abandoned command was on the wire long before.
+    """The Timeout of the jog begins with Enable, although an abandoned command is on the wire.
 
     Source: head of FB_Jog: Timeout.
     """

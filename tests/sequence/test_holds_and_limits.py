@@ -32,7 +32,7 @@ END_PROGRAM
 
 @pytest.fixture
 def stopped() -> PlcBench:
-    """Return a bench whose FB_ProgramStop has just switched SI(06) OFF."""
+    """Return a bench in which FB_ProgramStop has just switched SI(06) OFF."""
     plc = PlcBench(program=_PROGRAM)
     plc.outputs(SO01=True, SO02=True, SO04=True, SO10=True, scans=60)
     assert plc.inputs == ["SI00", "SI06"]

@@ -10,7 +10,7 @@ from plc_bench import PlcBench
 from sequence_bench import pins, sequences
 from structured_text.engines.base import Value
 
-#: The blocks, each with outputs of the controller while which its work is not done.
+#: The blocks, each with controller outputs that keep its job from ending.
 _BLOCKS = {
     "AlarmReset": ["SO03"],
     "AutoStart": ["SO02", "SO14"],

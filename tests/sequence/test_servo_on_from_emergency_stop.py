@@ -12,7 +12,7 @@ from sequence_bench import in_emergency_stop, pins
 
 
 def _restarted() -> PlcBench:
-    """Return a bench whose SI(00) has just turned ON again."""
+    """Return a bench in which SI(00) has just turned ON again."""
     plc = in_emergency_stop()
     plc["Restart.Timeout"] = "T#300ms"
     plc.change("Restart.Execute", to=True)

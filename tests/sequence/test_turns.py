@@ -132,7 +132,7 @@ def test_a_good_command_beside_refused_ones_takes_no_scan_longer(refusing: PlcBe
 
 @pytest.fixture
 def queue() -> PlcBench:
-    """Return a bench whose queue has a long command, four blocks with time-outs and one without."""
+    """Return a bench with a queue of a long command, four blocks with time-outs and one without."""
     return _bench(
         "".join(
             f"    {name} : FB_RemoteCommand;\n"

@@ -9,7 +9,7 @@ from served import ServedHost, image
 
 @pytest.fixture
 def served() -> ServedHost:
-    """Return a controller whose master has released emergency stop and stop."""
+    """Return a controller with a master that has released emergency stop and stop."""
     host = ServedHost()
     host.network.send(image(0x01))
     host.run(150)

@@ -24,7 +24,7 @@ pytestmark = pytest.mark.skipif(
 
 #: Longest wait for the end of the process [s].
 _PATIENCE_S = 60
-#: Child process whose first step raises an exception.
+#: Child process that raises an exception in its first step.
 _FAILS_AT_START = """
 import sys
 from rcx_harness.serve import station_process

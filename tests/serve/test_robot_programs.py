@@ -34,7 +34,7 @@ def _inputs(bits: int, *, request: bool = False, start: bool = False) -> bytes:
 
 
 def _started(config: RobotConfig = _CONFIG, trace: Trace | None = None) -> ServedHost:
-    """Return a controller whose program was started by SI(12) 300 ms after power-on."""
+    """Return a controller 300 ms after power-on, when SI(12) has started its program."""
     host = ServedHost(config, trace=trace)
     for bits in (0x01, 0x41):
         host.network.send(_inputs(bits))
@@ -93,7 +93,7 @@ def test_a_recording_has_the_listings_and_each_change_of_a_line(tmp_path: Path) 
 
 
 def _in_turn(trace: Trace | None = None) -> ServedHost:
-    """Return a controller whose program has two delays of 40 ms in turn.
+    """Return a controller with a program of two alternating delays of 40 ms.
 
     No area changes.
     """

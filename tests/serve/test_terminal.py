@@ -39,7 +39,7 @@ def _text(served: ServedHost, height: int) -> str:
         (OwnerState.RUN, "connected: 192.168.0.10, every 10 ms"),
         (
             OwnerState.IDLE,
-            "connected, but the master's program stands still (idle): 192.168.0.10, every 10 ms",
+            "connected, but the master's program is stopped (idle): 192.168.0.10, every 10 ms",
         ),
         (OwnerState.TIMED_OUT, "the master fell silent: the connection has timed out"),
         (OwnerState.CLOSED, "the master has closed the connection"),
@@ -66,7 +66,7 @@ def test_packets_of_a_wrong_length_are_not_shown_as_silence() -> None:
     served.network.drops[Drop.LENGTH], served.network.lengths = 198, (300, 54)
     served.run(5)
     assert view(0, served)["connection"] == (
-        "a master has opened the connection, but none of its packets is taken: 192.168.0.10, "
+        "a master has opened the connection, but none of its packets is accepted: 192.168.0.10, "
         "every 10 ms; dropped: 195 of a wrong length (300 bytes instead of 54)"
     )
     assert view(0, served)["packets"]["dropped"] == (
@@ -102,7 +102,7 @@ def test_a_refusal_beside_a_master_is_shown_for_a_minute() -> None:
 
 def test_a_controller_that_stands_still_says_so(served: ServedHost) -> None:
     served.silent = True
-    assert view(0, served)["connection"].startswith("the controller's process stands still")
+    assert view(0, served)["connection"].startswith("the controller's process does not respond")
 
 
 def test_a_controller_without_power_or_not_booted_says_so(served: ServedHost) -> None:
@@ -172,7 +172,7 @@ def test_a_terminal_gets_the_table() -> None:
     try:
         os.close(terminal)
         said = b""
-        while b"Module Status" not in said:  # raises an error if the output ends
+        while b"Module Status" not in said:  # os.read fails at the end
             said += os.read(ours, 4096)
         assert "╭" in said.decode(errors="ignore")
         process.send_signal(signal.SIGINT)

@@ -9,7 +9,7 @@ from served import ServedHost
 
 _LOOK_US = 250_000
 _SILENT, _BACK = Watchdog.Finding.SILENT, Watchdog.Finding.BACK
-_STILL = "has not been heard for 2 s; it was stopped, or this computer is too busy"
+_STILL = "has given no sign of life for 2 s; it was stopped, or this computer is too busy"
 
 
 def test_silence_is_reported_once_and_its_end_once() -> None:
@@ -57,7 +57,7 @@ def test_a_stopped_process_is_reported_when_it_stops_and_when_it_goes_on() -> No
         assert served.silent == (3_750_000 <= now_us < 6_000_000)
     assert said == {
         3_750_000: f"controller 127.0.0.1: its process {_STILL}",
-        6_000_000: "controller 127.0.0.1: its process goes on after 4.2 s",
+        6_000_000: "controller 127.0.0.1: its process continues after 4.2 s",
     }
 
 
@@ -75,5 +75,5 @@ def test_a_process_of_the_adapter_that_is_stopped_is_named() -> None:
         said += stalls.new(now_us)
     assert said == [
         f"controller 127.0.0.1: the process of the cyclic I/O {_STILL}",
-        "controller 127.0.0.1: the process of the cyclic I/O goes on",
+        "controller 127.0.0.1: the process of the cyclic I/O continues",
     ]

@@ -35,7 +35,7 @@ def hosts() -> list[ServedHost]:
 
 @pytest.fixture
 def client(hosts: list[ServedHost]) -> Iterator[WebClient]:
-    """Return a client of the page of both controllers, whose token is `token`."""
+    """Return a client of the page of both controllers, with the token `token`."""
     client = WebClient(web.application(hosts, "token"))
     yield client
     client.close()

@@ -169,7 +169,7 @@ class Reading:
                     yield self.draw(chance, {**forced, pin.pin: value})
 
     def _room(self, pin: Input, others: Pins) -> int | None:
-        """Return the largest value of a factor whose product with the other factors is limited."""
+        """Return the largest factor for which the product with the other factors is legal."""
         limits = self.command.product
         if not limits or pin.to[0] not in limits.fields:
             return None

@@ -13,7 +13,7 @@ from structured_text.engines.base import Program, Value
 
 
 def steps_once(*steps: str) -> dict[str, Any]:
-    """Return the properties of a robot whose program runs these steps once."""
+    """Return the properties of a robot with a program that runs these steps once."""
     return {"programs": (RobotProgram(steps=steps, loop=False),)}
 
 

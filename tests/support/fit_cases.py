@@ -1,4 +1,4 @@
-"""Thirty robot files whose keys differ, and a trial of `rcx compare --fit` on each."""
+"""Thirty robot files with different keys, and a trial of `rcx compare --fit` on each."""
 
 from __future__ import annotations
 

@@ -118,7 +118,7 @@ def points_bench(engine: str) -> PointsBench:
 
 
 def record(plc: PointsBench, first: int = 10, count: int = 4, missing: int = -1) -> None:
-    """Back up points from `first` on, whose axis 1 is their number, and clear the controller."""
+    """Back up points from `first` on, with axis 1 as their number, and clear the controller."""
     for number in range(first, first + count):
         if number != missing:
             plc.stored[0x100, number] = [1, 0, number, 0, *[0] * 10]

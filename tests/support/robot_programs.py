@@ -18,7 +18,7 @@ POINTS = {
 
 
 def started(text: str, *others: RobotProgram, **config: Any) -> Master:
-    """Return a master whose servos are on, right after the start of the program `text`."""
+    """Return a master with its servos on, right after the start of the program `text`."""
     programs = (RobotProgram("MAIN", text=text), *others)
     given: dict[str, Any] = {"points": POINTS, "program_start_delay": 5.0, **config}
     master = Master(programs=programs, **given)

@@ -186,7 +186,7 @@ def compare(some: Iterable[Pose], engine: str = "auto") -> Worst:
 
     Args:
         some: Poses; poses of one robot with one hand should be together.
-        engine: What runs the blocks.
+        engine: The engine that runs the blocks.
     """
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "Kinematics.st"

@@ -105,7 +105,7 @@ class NetworkInMemory:
 
 
 class ServedHost(Host):
-    """A host whose controller runs in this process, in virtual time."""
+    """A host with a controller that runs in this process, in virtual time."""
 
     def __init__(
         self,

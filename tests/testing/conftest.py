@@ -18,7 +18,7 @@ _WITHOUT = [f"-pno:{name}" for name in ("cacheprovider", "xdist", "hypothesispyt
 
 @pytest.fixture
 def run(pytester: pytest.Pytester, repository: Path) -> Run:
-    """Return a function that tests a project whose program, RawArea, needs no library."""
+    """Return a function that tests a project with the program RawArea, which needs no library."""
     program = repository / "tests" / "cell" / "programs" / "RawArea.st"
     plc = pytester.mkdir("plc")
     (plc / "RawArea.st").write_text(program.read_text(encoding="utf-8"), encoding="utf-8")

@@ -46,7 +46,7 @@ def off(made: Timeline) -> set[str]:
 @pytest.mark.parametrize(
     ("si", "so", "expected"),
     [
-        # Chapter 5, 2: the answer to the input has come, so that no line is added.
+        # Chapter 5, 2: a missing answer to an input has a line, an answer that came has none.
         (SI00 | SI06 | SI17, 0, {"SO(11)"}),
         (SI00 | SI06 | SI14, 0, {"SO(11)"}),
         (SI10, 0, {"SO(12)"}),

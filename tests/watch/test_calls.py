@@ -62,7 +62,7 @@ END_TYPE
 
 @pytest.fixture
 def build(build_cell: Callable[..., Cell], tmp_path: Path) -> Build:
-    """Return a cell whose program has this body, after two scans. Its engine reports calls."""
+    """Return a cell after two scans of a program with this body. Its engine reports calls."""
 
     def built(body: str) -> Cell:
         file = tmp_path / "program.st"
@@ -82,7 +82,7 @@ def told(cell: Cell) -> list[str]:
 
 
 def test_calls_as_they_should_be_are_not_reported(build: Build) -> None:
-    """Calls whose order or number depends on conditions are not reported either."""
+    """Calls in an order or number that depends on conditions are not reported either."""
     cell = build(
         f"{READ} IF Gate THEN {ORIGIN} ELSE {ORIGIN} END_IF; {POWER}\n"
         f"Station(Robot := Robots[k], Go := Go); {WRITE}"

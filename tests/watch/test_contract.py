@@ -32,7 +32,7 @@ def of_program(build_cell: Build, repository: Path, tmp_path: Path) -> Callable[
 
 @pytest.fixture
 def cell(of_program: Callable[[str], Cell]) -> Cell:
-    """Return a cell whose program calls blocks."""
+    """Return a cell with a program that calls blocks."""
     return of_program("Contract.st")
 
 
@@ -197,7 +197,7 @@ def test_the_monitor_sees_the_work_inside_the_blocks_of_the_library(
 
 
 class _Pins:
-    """A program with one block, whose pins the test sets: Execute, Busy, Done, Error."""
+    """A program with one block. The test sets its pins: Execute, Busy, Done, Error."""
 
     def __init__(self) -> None:
         self.values = (False, False, False, False)

@@ -133,7 +133,7 @@ def check(tmp_path: Path) -> Check:
         (of(READ, "Cell.Robot"), of(MOVE, "CELL.ROBOT"), of(WRITE, "Cell.robot")),
         # The program chooses an index, which may be that of any robot.
         ("k := 1;", of(READ, "Robots[k]"), of(MOVE, "Robots[2]"), of(WRITE, "Robots[k]")),
-        # With a copy of a robot, it is unknown whose requests are sent.
+        # With a copy of a robot, it is unknown which requests are sent.
         (READ, "Other := Robot;", of(MOVE, "Other"), "Robot := Other;", WRITE),
         ("IF Go THEN", READ, "END_IF;", MOVE, WRITE),
         ("Go := Connected;",),
@@ -267,7 +267,7 @@ READ_OPEN = "ReadArea(Robot := Robot, Image := InputArea);"
 IN_OUTS = "VAR_IN_OUT Robot : RCX_REF; InputArea : RCX_IMAGE; END_VAR"
 INNER = f"FUNCTION_BLOCK FB_In {IN_OUTS} VAR_INPUT Connected : BOOL; END_VAR"
 INNER += f" VAR ReadArea : FB_ReadArea; END_VAR {READ} END_FUNCTION_BLOCK\n"
-#: Whole programs whose source has less information, or is in the language of other tools.
+#: Whole programs with less information in their source, or in the language of other tools.
 OTHERS = {
     "a pointer": f"PROGRAM Main {OWN} VAR P : POINTER TO RCX_REF; END_VAR P := ADR(Robot);"
     f"{of(READ, 'P^')} {MOVE} {of(WRITE, 'P^')} END_PROGRAM",

@@ -63,7 +63,7 @@ def _arrays(program: Program) -> tuple[str, str] | None:
         present = [area for area in (_INPUT, _OUTPUT) if area.lower() in declared]
         if len(present) == 1:
             raise InputError(
-                f"the program has {name}.{present[0]} but not the other of {_INPUT} and {_OUTPUT}",
+                f"the program has {name}.{present[0]}, but needs both {_INPUT} and {_OUTPUT}",
                 hint="declare both, of type RCX_IMAGE",
             )
         if present:

@@ -176,4 +176,4 @@ def write_replay(
     again = {one.kind, "expect"}.intersection(came.found)
     print(f"  {command(one, words, file)}")
     shown = f"{file} ({counted(one.lines, 'line')}), {file.with_suffix('.svg')}"
-    print(f"  {shown}" if again else f"  {shown}; replayed it did NOT fail")
+    print(f"  {shown}" if again else f"  {shown}; the replay did NOT fail")

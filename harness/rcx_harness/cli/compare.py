@@ -120,7 +120,7 @@ def compare(
                 width = min(shutil.get_terminal_size((100, 24)).columns, 120)
                 unicode = "utf" in (sys.stdout.encoding or "").lower()
                 print(legible(text_chart(drawn, width, ascii_only=not unicode)))
-                print("controller 1 is the recorded one, 2 the virtual one\n")
+                print("controller 1 is recorded, controller 2 is virtual\n")
             for line in [
                 *lines(replay, result),
                 *(["", *fit_lines(found, replay)] if found else []),

@@ -161,7 +161,7 @@ def _one_client(connection: socket.socket, token: str, given: list[Path], *, alo
     def launch(arguments: Mapping[str, Any]) -> Launched:
         named = arguments.get("token")
         if not isinstance(named, str) or not compare_digest(named.encode(), token.encode()):
-            hint = 'write the one that rcx debug has printed, "token": "..."'
+            hint = 'write the token that rcx debug has printed, "token": "..."'
             raise InputError(
                 "the launch request does not contain the token of this port", hint=hint
             )

@@ -197,7 +197,7 @@ def _cell(given: Options, report: Report, farm: Farm) -> Callable[[], bool]:
         ends_us = found.first_us + len(broken.path) * found.scan_us
         _tell(given, stimulus, found.scan_us, ends_us, more)
         if not shown:
-            print("  (replayed it did NOT fail)")
+            print("  (the replay did NOT fail)")
         return True
 
     return finish
@@ -328,7 +328,7 @@ def _print(found: Explored, settings: Settings) -> None:
 
     _print_left_out(found.inputs, settings.scan_us)
     for path in found.left:
-        print(f"  {path} stays as it begins (--input {path} changes it)")
+        print(f"  {path} keeps its initial value (--input {path} changes it)")
     if settings.robot:
         print("  controller: answers as in the manual, one answer before a scan, after any time")
         print("  data: responses are 0; nothing moves, no positions, no program of the robot's own")
@@ -364,4 +364,4 @@ def _print_result(result: Result, first_us: int, scan_us: int) -> None:
     elif result.complete:
         print(f"explored to the end: {figures}; no rule is broken")
     else:
-        print(f"BOUND REACHED: {figures}; none breaks a rule, of further ones nothing is known")
+        print(f"BOUND REACHED: {figures}; none breaks a rule, further states are unknown")

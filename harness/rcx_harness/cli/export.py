@@ -61,8 +61,8 @@ def export(
         raise typer.Exit(1)
     done = write_export(output, place, force=force)
     for file in done.removed:
-        print(f"removed: {file}, of the export before")
+        print(f"removed: {file} (from the earlier export)")
     for file in done.kept:
-        print(f"kept: {file}, of the export before, but changed since")
+        print(f"kept: {file} (from the earlier export, changed since then)")
     several = len(done.files) > 1
     print(f"written: {place}" + (f" ({len(done.files)} files)" if several else ""))

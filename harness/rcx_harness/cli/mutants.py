@@ -156,7 +156,7 @@ def _sum(found: Mapping[str, Any], unexplained: int) -> str:
     if explained:
         parts.append(f"{explained} more with a reason")
     if found["not_run"]:
-        parts.append(f"{found['not_run']} NOT RUN YET (the next call goes on)")
+        parts.append(f"{found['not_run']} NOT RUN YET (the next call continues)")
     if found["not_compiling"]:
         parts.append(f"{found['not_compiling']} do not compile and are not counted")
     return f"{', '.join(parts)}: {found['score_without_reasons']:.1f} %"

@@ -21,7 +21,7 @@ _INSTALL = ("pip install pytest   # it is missing here; for CI see README.md", "
 def new(
     folder: Annotated[Path, typer.Argument(help="Folder to create; new or empty.", metavar="DIR")],
     name: Annotated[
-        str | None, typer.Option(help="The cell's name. Default: the folder's.")
+        str | None, typer.Option(help="Name of the cell. Default: name of the folder.")
     ] = None,
     size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = SIZE,
     ci: Annotated[str, typer.Option(help=f"CI files: {', '.join(CI)} or all.")] = "all",

@@ -60,9 +60,7 @@ _SHORTEST_US = 100_000
 def points(
     action: Annotated[Action, typer.Argument(help="Action: backup, restore or compare.")],
     host: Annotated[str, typer.Argument(help="Address of the controller, real or virtual.")],
-    file: Annotated[
-        Path, typer.Argument(help="TOML or .ALL: written by backup, read by the others.")
-    ],
+    file: Annotated[Path, typer.Argument(help="TOML or .ALL file, which only backup writes.")],
     kind: Annotated[
         list[str] | None,
         typer.Option(help=f"Only this kind: {', '.join(KINDS)}; may be repeated."),

@@ -61,7 +61,7 @@ def record(
     if tool is None:
         raise InputError("neither dumpcap nor tshark was found", hint=_INSTALL)
     if not interface:
-        text = f"--interface is missing; there are: {', '.join(_interfaces(tool))}"
+        text = f"--interface is missing; the interfaces are: {', '.join(_interfaces(tool))}"
         raise InputError(text, hint=_RIGHTS)
     command = [tool, "-q", "-i", interface, "-f", _filter(host or [], port, io_port)]
     command += ["-w", str(file), *(["-a", f"duration:{seconds:g}"] if seconds else [])]

@@ -21,6 +21,13 @@ from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli import no_robot
 from rcx_harness.cli.cell_options import CellOptions
 from rcx_harness.cli.connect import Teller, confirm, no_connection
+from rcx_harness.cli.coverage_options import (
+    Coverage,
+    CoverageOut,
+    CoverFailUnder,
+    concluded,
+    requested_collector,
+)
 from rcx_harness.cli.options import (
     check_ipv4,
     check_port,
@@ -73,8 +80,6 @@ _PATIENT_INTERVALS, _PATIENT_US = 32, 320_000
 _MOST_SHOWN = 20
 #: Byte of SI(00) in the area to the robot (manual chapter 5, 2).
 _SI_00 = 32
-#: Default folder of the coverage report.
-_COVERAGE = Path("out/coverage")
 _SHORTEST_LINE_US = 1_000
 
 
@@ -151,23 +156,15 @@ class RunOptions(CellOptions):
     show: Annotated[
         bool, typer.Option("--show/--no-show", help="Print the timing chart at the end.")
     ] = False
-    coverage: Annotated[
-        bool,
-        typer.Option("--coverage", help="Measure the coverage of statements, branches and MC/DC."),
-    ] = False
-    coverage_out: Annotated[
-        Path | None, typer.Option(help="Folder of the coverage report. Default: out/coverage.")
-    ] = None
+    coverage: Coverage = False
+    coverage_out: CoverageOut = None
     coverage_library: Annotated[
         bool,
         typer.Option(
             "--coverage-library", help="Also measure the coverage of the library's blocks."
         ),
     ] = False
-    cover_fail_under: Annotated[
-        str | None,
-        typer.Option(help="Exit code 1 if less of the statements and branches is covered [%]."),
-    ] = None
+    cover_fail_under: CoverFailUnder = None
 
     @property
     def outputs(self) -> dict[str, Path | None]:
@@ -244,7 +241,7 @@ class RunOptions(CellOptions):
         if not self.live:
             return self.link
         if self.connect is None and self.link != "enip":
-            raise InputError("only a real network runs in real time", hint="add --link enip")
+            raise InputError("--realtime needs a real network", hint="add --link enip")
         if parse_us(self.jitter):
             raise InputError(
                 "--jitter is for virtual time: in real time the network has its own jitter",
@@ -305,37 +302,15 @@ def _stopped_programs(outcome: _Outcome) -> int:
 
 def _collector(options: RunOptions) -> Collector | None:
     """Return the coverage collector, if coverage is requested."""
-    if not options.coverage:
-        given = {
-            "--coverage-out": options.coverage_out,
-            "--coverage-library": options.coverage_library,
-            "--cover-fail-under": options.cover_fail_under,
-        }
-        for option, value in given.items():
-            if value not in (None, False):
-                raise InputError(f"{option}: no coverage is counted", hint="add --coverage")
-        return None
-    from structured_text.coverage.output import ENGINE, check_fail_under, check_folder
+    if options.coverage and options.engine not in ("auto", "builtin"):
+        from structured_text.coverage.output import ENGINE
 
-    if options.engine not in ("auto", "builtin"):
         raise InputError(ENGINE, hint=f"leave out --engine {options.engine}, or --coverage")
-    if options.cover_fail_under is not None:
-        check_fail_under("--cover-fail-under", options.cover_fail_under)
-    check_folder(options.coverage_out or _COVERAGE)
-    return Collector(library=options.coverage_library)
-
-
-def _concluded(options: RunOptions, collector: Collector) -> Outcome:
-    from structured_text.coverage.output import conclude
-    from structured_text.coverage.parts import merge, part_of
-
-    percent = options.cover_fail_under
-    return conclude(
-        merge([part_of(collector)]),
-        Path.cwd(),
-        options.coverage_out or _COVERAGE,
-        fail_under=None if percent is None else float(percent),
-        width=shutil.get_terminal_size((100, 24)).columns,
+    return requested_collector(
+        coverage=options.coverage,
+        folder=options.coverage_out,
+        fail_under=options.cover_fail_under,
+        library=options.coverage_library,
     )
 
 
@@ -418,7 +393,9 @@ def _run(
         unsafe = safe.told(cell, files, options) if connected else ""
     ended = [f"note: {text}" for text in errors.texts(_MOST_ERRORS)] if errors else []
     notice = "\n".join(filter(None, (cell.notice, late, unsafe, *ended)))
-    coverage = _concluded(options, collector) if collector is not None else None
+    coverage = None
+    if collector is not None:
+        coverage = concluded(collector, options.coverage_out, options.cover_fail_under)
     silence = given["connect"].tell.last if options.connect is not None else ""
     return _Outcome(cell, end_us, notice, timeline, connected, silence, coverage)
 

@@ -45,7 +45,7 @@ def program_errors(cell: Cell) -> Iterator[str]:
         config = robot.config
         ours = {
             config.program_type_alarm: "a value has a wrong type",
-            config.program_stack_alarm: "too many GOSUB or CALL in each other",
+            config.program_stack_alarm: "too many nested GOSUB or CALL",
             config.program_path_alarm: "PATH: no path is defined, or the robot is not at its start",
         }
         which = f"controller {number}: " if several else ""

@@ -41,7 +41,7 @@ class SweepOptions(VerifyOptions):
             )
         ),
     ] = "emergency_stop,link_down,power_cycle"
-    hold: Annotated[str, typer.Option(help="Duration of faults that last.")] = "500ms"
+    hold: Annotated[str, typer.Option(help="Duration of faults that do not end at once.")] = "500ms"
     duration: Annotated[
         str | None, typer.Option("--for", help="Length of the good run. Default: its last entry.")
     ] = None

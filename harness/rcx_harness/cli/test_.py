@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import sys
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -12,6 +11,13 @@ from typing import Annotated
 import typer
 
 from rcx_harness.cell.sources import source_files
+from rcx_harness.cli.coverage_options import (
+    Coverage,
+    CoverageOut,
+    CoverFailUnder,
+    concluded,
+    requested_collector,
+)
 from rcx_harness.cli.options import (
     Device,
     Dialect,
@@ -23,19 +29,14 @@ from rcx_harness.cli.options import (
 )
 from rcx_harness.cli.progress import progress_bar
 from rcx_harness.testing.suites import FRAMEWORK
-from structured_text.coverage.output import check_fail_under, check_folder, conclude
-from structured_text.coverage.parts import merge, part_of
-from structured_text.engines.builtin.collector import Collector, counting
-from structured_text.errors import InputError, legible
+from structured_text.engines.builtin.collector import counting
+from structured_text.errors import legible
 from structured_text.output.files import replace_files
 from structured_text.testing.suites.junit import check_junit, junit_xml
 from structured_text.testing.suites.run import LONGEST, run_suites
 from structured_text.testing.suites.text import results_text
 
 __all__ = ["test_"]
-
-#: Default folder of the coverage report.
-_COVERAGE = Path("out/coverage")
 
 
 @dataclass(frozen=True)
@@ -58,16 +59,9 @@ class Options:
     replace: Replace = None
     dialect: Dialect = None
     device: Device = ""
-    coverage: Annotated[
-        bool, typer.Option("--coverage", help="Measure coverage of statements, branches and MC/DC.")
-    ] = False
-    coverage_out: Annotated[
-        Path | None, typer.Option(help="Folder of the coverage report. Default: out/coverage.")
-    ] = None
-    cover_fail_under: Annotated[
-        str | None,
-        typer.Option(help="Exit code 1 if less of the statements and branches is covered [%]."),
-    ] = None
+    coverage: Coverage = False
+    coverage_out: CoverageOut = None
+    cover_fail_under: CoverFailUnder = None
 
 
 @with_options(Options)
@@ -81,7 +75,9 @@ def test_(given: Options) -> None:
     Exit code: 0 if all tests have passed, 1 if a test has failed or not finished, or with too
     little coverage, 2 on bad input.
     """
-    collector = _collector(given)
+    collector = requested_collector(
+        coverage=given.coverage, folder=given.coverage_out, fail_under=given.cover_fail_under
+    )
     sources = source_files(
         given.files, given.lib, replacements(given.replace), given.dialect, given.device
     )
@@ -111,30 +107,9 @@ def test_(given: Options) -> None:
         print(f"written: {given.junit}")
     covered = True
     if collector is not None:
-        percent = given.cover_fail_under
-        outcome = conclude(
-            merge([part_of(collector)]),
-            Path.cwd(),
-            given.coverage_out or _COVERAGE,
-            fail_under=None if percent is None else float(percent),
-            width=shutil.get_terminal_size((100, 24)).columns,
-        )
+        outcome = concluded(collector, given.coverage_out, given.cover_fail_under)
         print(f"\n{outcome.text}")
         covered = outcome.passed
     if not (results.passed and covered):
         sys.stdout.flush()
         raise typer.Exit(1)
-
-
-def _collector(given: Options) -> Collector | None:
-    """Return the coverage collector, if coverage is requested (InputError: bad options)."""
-    folder, percent = given.coverage_out, given.cover_fail_under
-    if not given.coverage:
-        for option, value in {"--coverage-out": folder, "--cover-fail-under": percent}.items():
-            if value is not None:
-                raise InputError(f"{option}: no coverage is counted", hint="add --coverage")
-        return None
-    if percent is not None:
-        check_fail_under("--cover-fail-under", percent)
-    check_folder(folder or _COVERAGE)
-    return Collector(library=False)

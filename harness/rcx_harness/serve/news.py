@@ -15,7 +15,7 @@ _MOST = 500
 _OWNER = {
     "waiting": "a master has opened the connection",
     "run": "connected",
-    "idle": "connected, but the master's program stands still (idle)",
+    "idle": "connected, but the master's program is stopped (idle)",
     "closed": "the master has closed the connection",
     EndReason.TIMED_OUT.value: "the master fell silent: the connection has timed out",
 }

@@ -34,12 +34,12 @@ class Stalls:
                 lines.append(_still(host, "its process"))
             elif found is Watchdog.Finding.BACK:
                 passed = f"after {(now_us - since_us) / 1e6:.1f} s"
-                lines.append(f"controller {host.name}: its process goes on {passed}")
+                lines.append(f"controller {host.name}: its process continues {passed}")
             before, now = self._stalled[number], host.status.stalled
             self._stalled[number] = now
             lines += [_still(host, part) for part in now if part not in before]
             lines += [
-                f"controller {host.name}: {part} goes on" for part in before if part not in now
+                f"controller {host.name}: {part} continues" for part in before if part not in now
             ]
         return lines
 
@@ -47,6 +47,6 @@ class Stalls:
 def _still(host: Host, part: str) -> str:
     seconds = f"{LIMIT_US / 1e6:g} s"
     return (
-        f"controller {host.name}: {part} has not been heard for {seconds}; it was stopped, or this "
-        "computer is too busy"
+        f"controller {host.name}: {part} has given no sign of life for {seconds}; it was stopped, "
+        "or this computer is too busy"
     )

@@ -37,14 +37,14 @@ LED_MEANINGS = {
 _STATES = {
     "none": "no master has connected yet",
     "waiting": "a master has opened the connection, but sends nothing yet",
-    "untaken": "a master has opened the connection, but none of its packets is taken",
+    "untaken": "a master has opened the connection, but none of its packets is accepted",
     "run": "connected",
-    "idle": "connected, but the master's program stands still (idle)",
+    "idle": "connected, but the master's program is stopped (idle)",
     "timed out": "the master fell silent: the connection has timed out",
     "closed": "the master has closed the connection",
 }
 
-_STILL = "the controller's process stands still: it was stopped, or this computer is too busy"
+_STILL = "the controller's process does not respond: it was stopped, or this computer is too busy"
 
 _PLACES = ("X [mm]", "Y [mm]", "Z [mm]", "R [deg]", "axis 5 [mm, deg]", "axis 6 [mm, deg]")
 _PORTS = (*range(8), *range(10, 16))  # SI0() to SI7(), SI10() to SI15(): bytes 32 to 45

@@ -7,7 +7,7 @@ from enum import Enum
 __all__ = ["LIMIT_US", "Watchdog"]
 
 LIMIT_US = 2_000_000
-"""A process that has not shown its life for this time stands still; each does so every 0.3 s."""
+"""Longest time between two signs of life; a process gives one every 0.3 s."""
 
 
 class Watchdog:

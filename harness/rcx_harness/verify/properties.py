@@ -175,7 +175,9 @@ def from_python(file: Path) -> list[Declared]:
         sys.exit = exits
     found = [one for one in vars(module).values() if isinstance(one, Declared)]
     if not found:
-        raise InputError("declares no property", file=file, hint="write @rcx.always above one")
+        raise InputError(
+            "declares no property", file=file, hint="write @rcx.always above a function"
+        )
     own = os.path.abspath(file)
     return [replace(one, file=str(file)) if one.file == own else one for one in found]
 

@@ -140,6 +140,14 @@ PROBES = (
         ("Joined", "Length"),
     ),
     Probe(
+        "notation",
+        ("digits",),
+        ("D", "X"),
+        "Digits, Bits : STRING;",
+        "Digits := REAL_TO_STRING(X); Bits := DWORD_TO_STRING(DINT_TO_DWORD(D));",
+        ("Digits", "Bits"),
+    ),
+    Probe(
         "real_by_zero",
         ("infinite",),
         ("X", "Y"),

@@ -135,8 +135,13 @@ REPOSITORIES = (
         "trofimich/TwinCAT.OpenFramework",
         "62cb3d27e8a539943719fc385c119ec0c5b9816e",
         _TWINCAT,
-        together=("Sources/**/*.plcproj",),
-        beyond="generic constants of blocks (VAR_GENERIC), exceptions (__TRY), jumps",
+        # Two applications, which have blocks of the same names, and the libraries of both. The
+        # project "for old code storing" is left out: it does not fit the current libraries.
+        each=("Sources/*.Samples/*.plcproj", "Sources/*.Tests/*.plcproj"),
+        libraries=(
+            "Sources/TwinCAT.OpenFramework.[!ST]*/*.plcproj",
+            "Sources/TwinCAT.OpenFramework.T[ai]*/*.plcproj",
+        ),
     ),
     Repository(
         "WitchCraftWorks/IEC61131-3-CDSV3",

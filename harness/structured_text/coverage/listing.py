@@ -15,6 +15,7 @@ from structured_text.language.lexer import tokens
 from structured_text.language.printer import expression_text, label_text
 from structured_text.language.source import origin, source_text
 from structured_text.language.types import EnumType
+from structured_text.language.walk import bodies
 
 __all__ = ["Branch", "Listed", "Listing", "Point", "Text", "listing"]
 
@@ -188,6 +189,9 @@ class _Lister:
             elif isinstance(node, (t.While, t.For)):
                 self._branches(node, self._ways_of_loop(node, before))
                 self.statements(node.body)
+            elif isinstance(node, t.Try):
+                for inner in bodies(node):
+                    self.statements(inner)
             elif isinstance(node, t.Repeat):
                 self.statements(node.body)
             before = node

@@ -43,7 +43,10 @@ class Built:
 
 
 #: Constructs that are outside the portable subset, but that matiec compiles.
-_OF_MATIEC = ("a standard function of dates or BCD",)
+_OF_MATIEC = (
+    "a standard function of dates or BCD",
+    "a VAR_IN_OUT read outside of its block",
+)
 
 
 @uncollected()

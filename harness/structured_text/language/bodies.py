@@ -14,6 +14,7 @@ from structured_text.language.declare import Scope
 from structured_text.language.expression_checker import ExpressionChecker
 from structured_text.language.function_overloads import chosen_function
 from structured_text.language.functions import same_text
+from structured_text.language.memory import is_memory_function
 from structured_text.language.methods import NOTHING
 from structured_text.language.objects import START
 from structured_text.language.parser import ACTION, CLASS
@@ -23,6 +24,7 @@ from structured_text.language.resolve import fills
 from structured_text.language.scalars import ANY_BIT, ANY_INT, BOOL, ELEMENTARY, INT_RANGE, WIDTH
 from structured_text.language.standard import BLOCKS, reserved
 from structured_text.language.starting import Start, start_calls, start_of, starting
+from structured_text.language.system import SPACE
 from structured_text.language.types import (
     ArrayType,
     BlockType,
@@ -79,6 +81,8 @@ def check_start(
         return
     if pou.block is None:
         pou.body = (*start, *pou.body)
+        if START in pou.words:  # of a list of globals
+            scope.declarations.pous[pou.name.upper()] = pou
         return
     name = f"{pou.name}.{START.lower()}"
     method = t.Pou("METHOD", name, pou.file, {}, body=start, owner=pou, at=pou.at)
@@ -156,6 +160,8 @@ class _Statements:
             return t.While(self._condition(node.condition), self._loop(node.body), node.at)
         if isinstance(node, s.Repeat):
             return t.Repeat(self._loop(node.body), self._condition(node.condition), node.at)
+        if isinstance(node, s.Try):
+            return self._try(node)
         if isinstance(node, s.Exit):
             if not self._loops:
                 raise self._scope.error("EXIT stands outside a loop", node.at)
@@ -164,6 +170,17 @@ class _Statements:
             raise self._scope.error("CONTINUE stands outside a loop", node.at)
         assert isinstance(node, (s.Return, s.Continue))
         return node
+
+    def _try(self, node: s.Try) -> t.Try:
+        body = self.block(node.body)
+        code = None
+        if node.code is not None:
+            kind = self._scope.declarations.type_named("EXCEPTIONCODE")
+            code = self._target(node.code)
+            if kind is None or code.type != kind:
+                text = f"__CATCH needs a variable of {SPACE}.ExceptionCode"
+                raise self._scope.error(f"{text}, not {describe(code.type)}", node.code.at)
+        return t.Try(body, code, self.block(node.handler), self.block(node.last), node.at)
 
     def _is_new(self, node: s.Expression) -> bool:
         known = self._scope.declarations.pous
@@ -352,7 +369,8 @@ class _Statements:
             pou = self._scope.declarations.pous.get(callee.key)
             if pou is None and callee.key == "__DELETE":
                 return [t.Evaluate(self._expressions.references.deleted(node), node.at)]
-            if pou is None and callee.key in ("__NEW", *_QUERIES):
+            memory = is_memory_function(callee.key, self._expressions)
+            if memory or (pou is None and callee.key in ("__NEW", *_QUERIES)):
                 asked = s.Call(callee, node.arguments, node.at)
                 self._made.append(asked)
                 return [t.Evaluate(self._expressions.check(asked, None), node.at)]

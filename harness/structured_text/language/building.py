@@ -196,6 +196,17 @@ class Statements(Transformer[Token, Any]):
         self._filled(body, word)
         return s.Repeat(body, condition, position_of(word))
 
+    def try_(self, word: Token, body: Any, catch: Any, *rest: Any) -> s.Try:
+        *_, code, _right, handler, _finally, last, _end = rest
+        at = position_of(word)
+        self.note("__TRY", at)
+        if catch is None:
+            text, hint = "__TRY has no __CATCH", "write __CATCH before __FINALLY or __ENDTRY"
+            self.errors.append(
+                InputError(text, file=self.file, line=at.line, column=at.column, hint=hint)
+            )
+        return s.Try(body, code, handler or (), last or (), at)
+
     def exit(self, word: Token, _end: Token) -> s.Exit:
         return s.Exit(position_of(word))
 

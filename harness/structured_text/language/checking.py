@@ -11,7 +11,13 @@ from typing import Protocol
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.declare import Scope
-from structured_text.language.types import ElementaryType, StructType, Type
+from structured_text.language.types import (
+    ElementaryType,
+    InterfaceType,
+    ReferenceType,
+    StructType,
+    Type,
+)
 
 __all__ = ["Checking"]
 
@@ -36,6 +42,9 @@ class Referring(Protocol):
 
     def followed(self, found: t.Variable) -> t.Variable:
         """Return the target of a reference; return any other variable unchanged."""
+
+    def wanted(self, node: s.Expression, want: ReferenceType | InterfaceType) -> t.Expression:
+        """Type an expression at a place that requires a pointer, reference or interface."""
 
     def generic(self, node: s.Expression, want: StructType) -> t.Expression:
         """Type the argument of an input that is ANY."""

@@ -6,16 +6,17 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
+from structured_text.language import walk
 from structured_text.language.constants import NotConstantError
 from structured_text.language.inherit import Inheritance
 from structured_text.language.later import Later, Part
-from structured_text.language.objects import INIT
+from structured_text.language.objects import INIT, START
 from structured_text.language.parser import CLASS
 from structured_text.language.registry import Declared, Registry
 from structured_text.language.resolve import Types
@@ -196,6 +197,27 @@ class Declarations(Types):
             except InputError as error:
                 self._report(error)
 
+    def starts_of_globals(self) -> Iterator[tuple[Scope, tuple[s.Section, ...]]]:
+        """Yield a function for the start of each list of globals, with the sections of the list."""
+        found: list[tuple[Declared, tuple[s.Section, ...], dict[str, str]]] = []
+        configuration = self.registry.configuration
+        if configuration is not None and isinstance(configuration.node, s.Configuration):
+            found.append((configuration, configuration.node.globals, {}))
+        for declared in self.registry.lists:
+            assert isinstance(declared.node, s.GlobalList)
+            names = self.lists.get(declared.node.name.key, {})
+            found.append((declared, (declared.node.section,), names))
+        for number, (declared, sections, names) in enumerate(found, start=1):
+            symbols: dict[str, Symbol] = {}
+            for _, _, name in walk.declared(sections):
+                symbol = self.global_symbol(names.get(name.key, name.key), name.text)
+                if symbol is not None:
+                    symbols[name.key] = symbol
+            file, at = str(declared.file), declared.node.at
+            title = f"{declared.node.name.text}.{START.lower()}{number}"
+            pou = Pou("FUNCTION", title, file, symbols, words=(START,), at=at)
+            yield Scope(pou, declared, self.registry, self), sections
+
     def global_symbol(self, key: str, local: str = "") -> Symbol | None:
         """Return the symbol of a global in a POU, as if declared in VAR_EXTERNAL."""
         found = self.globals.get(key)
@@ -259,21 +281,23 @@ class Declarations(Types):
             kind, initial = self.resolve(node.spec, where, owner)
         constant_section, calculated = section.qualifier == "CONSTANT", False
         parts: tuple[Part, ...] = ()
+        passed = False
         if constant_section and section.kind == "VAR_IN_OUT":
             # A variable that cannot be written can be passed by value. Blocks are never copied.
             where.note("VAR_IN_OUT CONSTANT", section.at)
+            passed = True
             constant_section = False
             section = section if has_block(kind) else replace(section, kind="VAR_INPUT")
         if has_block(kind) and pou == "CONFIGURATION":
             constant_section = False  # CODESYS accepts CONSTANT, and calls the block all the same
         if has_block(kind):
             self._check_block(node, section, pou, constant_section, where)
-        held = isinstance(kind, (ReferenceType, InterfaceType)) and pou != "CONFIGURATION"
+        held = isinstance(kind, (ReferenceType, InterfaceType))
         if node.initial is not None and not held:
             if section.kind in ("VAR_IN_OUT", "VAR_EXTERNAL"):
                 raise where.error("an initial value is not possible here", node.at)
             block = pou in ("PROGRAM", "FUNCTION_BLOCK")
-            places = ("VAR",) if block else ("VAR", "VAR_TEMP")
+            places = ("VAR",) if block else ("VAR", "VAR_TEMP", "VAR_INST")
             possible = section.kind in places and not constant_section and pou != "CONFIGURATION"
             later = Later() if possible else None
             try:
@@ -291,12 +315,18 @@ class Declarations(Types):
         started = isinstance(node.spec, s.NamedSpec) and bool(node.spec.arguments)
         if started:
             where.note(f"arguments of {INIT}", node.spec.at)
-        of_var = section.kind == "VAR" and pou in ("PROGRAM", "FUNCTION_BLOCK", "METHOD")
-        if started and section.kind != "VAR_INST" and not of_var:
+        in_instance = section.kind in ("VAR", "VAR_INPUT", "VAR_OUTPUT")
+        allowed = (
+            (in_instance and pou in ("PROGRAM", "FUNCTION_BLOCK"))
+            or (section.kind == "VAR" and pou == "METHOD")
+            or (section.kind == "VAR_GLOBAL" and pou == "CONFIGURATION")
+            or section.kind == "VAR_INST"
+        )
+        if started and not allowed:
             raise where.error(
-                f"{INIT} takes arguments in VAR of a block, program or method only",
+                f"{INIT} takes no arguments in {section.kind} of a {pou}",
                 node.spec.at,
-                "declare the block there, as a variable of its own",
+                "declare the block in VAR, as a variable of its own",
             )
         if section.kind == "VAR_EXTERNAL":
             self._external.append((node, kind, where))
@@ -320,6 +350,7 @@ class Declarations(Types):
                 area=area,
                 access=self._access(section, where),
                 owner=where.node.name.key,
+                passed=passed,
             )
             for name in node.names
         ]

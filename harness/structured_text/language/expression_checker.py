@@ -49,10 +49,12 @@ from structured_text.language.types import (
     ReferenceType,
     StructType,
     Type,
+    Variable,
     integer_name,
     type_name,
 )
 from structured_text.language.values import describe
+from structured_text.language.walk import declared as declared_in
 from structured_text.language.widening import BITS_OF
 
 __all__ = ["ExpressionChecker"]
@@ -183,9 +185,11 @@ class ExpressionChecker:
                 if pin is not None and pin.section == "VAR":
                     self.scope.note("a variable of a block that is not a pin", node.at)
                 elif pin is None or pin.section != "VAR_INPUT":
-                    raise self.scope.error(
-                        f"{part.name} is an output of {part.base.type.name}", node.at
-                    )
+                    what = f"is an output of {part.base.type.name}"
+                    if pin is None and part.name.endswith(f".{t.AFTER_CALL}"):
+                        what = f"is a VAR_IN_OUT of {part.base.type.name}: give it in the call"
+                    name = part.name.removesuffix(f".{t.AFTER_CALL}")
+                    raise self.scope.error(f"{name} {what}", node.at)
             part = part.base
         if isinstance(part, (t.CallFunction, t.CallMethod)):
             raise self.scope.error(
@@ -291,10 +295,30 @@ class ExpressionChecker:
             return self.scope.error(f"{node.text} is not declared", node.at, hint)
         pou = self.scope.pou
         if pou.name.upper().rpartition(".")[2] == node.key and pou.kind in ("FUNCTION", "METHOD"):
+            if pou.name.upper() in self.scope.declarations.broken:
+                return ConsequenceError(f"the type of {pou.name} has an error")
             text = f"the {pou.kind} {node.text} has no result"
             return self.scope.error(text, node.at, f"write {pou.kind} {node.text} : and its type")
         symbols = [symbol.name for symbol in pou.symbols.values()]
         return self.scope.error(f"{node.text} is not declared", node.at, _near(node.key, symbols))
+
+    def _after_call(self, block: t.Pou, pin: Variable, node: s.Field) -> str | None:
+        """Return the variable that holds the value of a VAR_IN_OUT after the last call.
+
+        matiec passes a VAR_IN_OUT by value and back, so a block keeps its last value. Other tools
+        refuse the access; the result is None there, and for arrays and structures.
+        """
+        scalar = isinstance(pin.type, (ElementaryType, EnumType))
+        if not scalar or self.scope.registry.dialect.name not in ("iec", "openplc"):
+            return None
+        symbol = block.symbols.get(pin.name.upper())
+        if symbol is None or block.owner is not None:
+            return None
+        self.scope.note("a VAR_IN_OUT read outside of its block", node.name.at)
+        name = f"{symbol.name}.{t.AFTER_CALL}"
+        hidden = t.Symbol(name, symbol.type, "VAR", symbol.at, symbol.initial)
+        block.symbols.setdefault(name.upper(), hidden)
+        return name
 
     def _member(self, base: t.Variable, node: s.Field) -> t.Variable:
         kind, key = base.type, node.name.key
@@ -316,6 +340,10 @@ class ExpressionChecker:
                 if pin.name.upper() == key:
                     if declared is not None and key in declared.symbols:
                         self._check_access(declared.symbols[key], node.name.at)
+                    if pin.section == "VAR_IN_OUT" and declared is not None:
+                        after = self._after_call(declared, pin, node)
+                        if after is not None:
+                            return t.Member(base, after, pin.type)
                     if pin.section in ("VAR_IN_OUT", "VAR_EXTERNAL", "VAR_TEMP"):
                         raise self.scope.error(
                             f"{pin.name} is internal to {kind.name}", node.name.at
@@ -323,6 +351,10 @@ class ExpressionChecker:
                     if pin.section == "VAR":
                         self.scope.note("a variable of a block that is not a pin", node.name.at)
                     return t.Member(base, pin.name, pin.type)
+            written = self.scope.registry.pous.get(kind.name.upper())
+            sections = written.node.sections if written is not None else ()  # type: ignore[union-attr]
+            if any(name.key == key for _, _, name in declared_in(sections)):
+                raise ConsequenceError(f"{kind.name}.{node.name.text} has an error")
             near = self.methods.method_hint(kind, key)
             near = near or _near(key, [pin.name for pin in kind.variables])
         elif isinstance(kind, InterfaceType):

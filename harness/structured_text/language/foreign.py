@@ -21,8 +21,6 @@ _SCL_ONLY = frozenset(("DATA_BLOCK", "ORGANIZATION_BLOCK"))
 _SCL_QUOTED = frozenset(("FUNCTION_BLOCK", "FUNCTION", "TYPE", *_SCL_ONLY))
 #: Endings of the files of SCL.
 _SCL_ENDING = {"DATA_BLOCK": ".db", "TYPE": ".udt"}
-#: Words of CODESYS for exceptions.
-_EXCEPTIONS = frozenset(("__TRY", "__CATCH", "__FINALLY", "__ENDTRY"))
 #: Words of other languages, and what to write in Structured Text.
 _MISSPELT = {
     "BREAK": "EXIT",
@@ -61,14 +59,13 @@ def not_structured_text(found: Sequence[Token], file: Path) -> InputError | None
 
 
 def corrected(found: list[Token], file: Path, report: Callable[[InputError], None]) -> list[Token]:
-    """Return the tokens without exceptions and with the right keywords; `report` gets the errors.
+    """Return the tokens with the right keywords; `report` gets the errors.
 
     The rest of the source is then read without further errors about these words.
     """
     joined = _joined(found, file, report)
     named = _named(joined, file, report)
-    right = [_right(named, at, file, report) for at in range(len(named))]
-    return _without_exceptions(right, file, report)
+    return [_right(named, at, file, report) for at in range(len(named))]
 
 
 def _joined(found: list[Token], file: Path, report: Callable[[InputError], None]) -> list[Token]:
@@ -142,44 +139,6 @@ def _right(
         )
     )
     return Token.new_borrow_pos(meant, meant, token)
-
-
-def _without_exceptions(
-    found: list[Token], file: Path, report: Callable[[InputError], None]
-) -> list[Token]:
-    """Return the tokens without the words of exceptions; `report` gets one error for them."""
-    places = [at for at, one in enumerate(found) if _is_exception(found, at)]
-    if not places:
-        return found
-    first = found[places[0]]
-    tries = sum(found[at].upper() == "__TRY" for at in places)
-    count = f" ({tries} places)" if tries > 1 else ""
-    report(
-        InputError(
-            f"{first.upper()} is not supported{count}: nothing raises an exception that a program "
-            "could catch",
-            file=file,
-            line=first.line,
-            column=first.column,
-            hint="leave out __TRY, __CATCH and __ENDTRY, and test values before they are used",
-        )
-    )
-    dropped: set[int] = set()
-    for at in places:
-        dropped.add(at)
-        behind = at + 1
-        if found[at].upper() == "__CATCH" and _type(found, behind) == "LPAR":
-            while _type(found, behind) not in ("RPAR", ""):
-                behind += 1
-            behind += 1
-        if _type(found, behind) == "SEMICOLON":
-            behind += 1
-        dropped.update(range(at, behind))
-    return [one for at, one in enumerate(found) if at not in dropped]
-
-
-def _is_exception(found: Sequence[Token], at: int) -> bool:
-    return found[at].upper() in _EXCEPTIONS and _type(found, at + 1) not in ("COLON", "DOT")
 
 
 def _type(found: Sequence[Token], at: int) -> str:

@@ -53,6 +53,8 @@ from structured_text.language.types import (
     ArrayType,
     ElementaryType,
     EnumType,
+    InterfaceType,
+    ReferenceType,
     Type,
     type_name,
 )
@@ -306,12 +308,16 @@ class Functions:
                 wanted = ELEMENTARY["LREAL"]
             elif isinstance(wanted, EnumType):
                 if target in ANY_STRING and "to_string" in wanted.attributes:
-                    text = f"{key} of {describe(wanted)}, whose members have texts (to_string),"
-                    raise self._scope.error(f"{text} is not supported", argument.at)
+                    member = self._expressions.check(argument.value, wanted)
+                    return t.Standard("MEMBER_TO_STRING", (member,), ELEMENTARY[target])
                 wanted = ELEMENTARY[wanted.base]
         value = self._expressions.check(argument.value, wanted)
         result = ELEMENTARY[target]
         have = value.type
+        if isinstance(have, ReferenceType) and not isinstance(wanted, EnumType):
+            self._scope.note("a pointer as a number", node.at, key)
+            value = t.Standard("ADDRESS", (value,), ELEMENTARY["UDINT"])
+            have = value.type
         if not isinstance(have, ElementaryType):
             raise self._scope.error(f"{key} is not defined for {describe(have)}", argument.at)
         if cut is not None:
@@ -354,6 +360,9 @@ class Functions:
             declarations = self._scope.declarations
             kind = declarations.types.get(first.key) or ELEMENTARY.get(first.key)
             kind = kind or declarations.blocks.get(first.key)
+        if isinstance(first, s.TypeName):
+            kind, _ = self._scope.declarations.resolve(first.spec, self._scope.where)
+            self._scope.declarations.link()
         if kind is None:
             if not isinstance(first, PLACES):
                 raise self._scope.error(f"{key} needs a variable", first.at)
@@ -401,7 +410,10 @@ class Functions:
             common = self._untyped(pairs, signature, want)
         if type_name(common) in BITS_OF and name in (*_SHIFTS, "AND", "OR", "XOR"):
             return self._bitwise(node, pairs, common)
-        selects = isinstance(common, EnumType) and name in _SELECTIONS
+        whole = isinstance(common, (EnumType, ReferenceType, InterfaceType))
+        selects = whole and name in _SELECTIONS
+        if selects and not isinstance(common, EnumType):
+            self._scope.note("a selection of pointers or interfaces", node.at, name)
         if common is not None and not selects and type_name(common) not in signature.group:
             raise self._scope.error(f"{name} is not defined for {describe(common)}", node.at)
         arguments = []

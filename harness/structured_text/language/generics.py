@@ -72,13 +72,17 @@ class _Maker:
             return node
         if isinstance(node, s.NamedSpec) and node.generics:
             return self._named(node, constants, place)
+        if isinstance(node, s.Pou) and node.generics and node.extends is not None:
+            base = s.NamedSpec(node.extends, node.extends.at, generics=node.generics)
+            named = self._named(base, constants, place)
+            node = replace(node, extends=named.name, generics=named.generics)
         changed = {}
         for one in fields(node):
             old = getattr(node, one.name)
             new = self._rewritten(old, constants, place)
             if new is not old and new != old:
                 changed[one.name] = new
-        return replace(node, **changed) if changed else node  # type: ignore[type-var]
+        return replace(node, **changed) if changed else node
 
     def _named(self, spec: s.NamedSpec, constants: _Constants, place: int) -> s.NamedSpec:
         values = [_resolved(one, constants) for one in spec.generics]

@@ -23,7 +23,7 @@ from structured_text.language.conditional import PRAGMA, ConditionError, Conditi
 from structured_text.language.constructs import Use
 from structured_text.language.source import origin
 from structured_text.language.syntax import Name, Position
-from structured_text.language.words import OBJECT_WORDS, Context, is_soft
+from structured_text.language.words import EXCEPTIONS, OBJECT_WORDS, Context, is_soft
 
 __all__ = ["KEYWORDS", "PUNCTUATION", "Notes", "tokens"]
 
@@ -113,6 +113,8 @@ _BEFORE_NAMES = frozenset(
 #: Text behind such a word if it is the keyword and not a variable of that name.
 _MEANT = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_\x80-\uffff]", re.IGNORECASE)
 
+#: Text behind a word of exceptions that is the name of a variable.
+_DECLARED = re.compile(r"\s*[:.,=]")
 _GIVEN = re.compile(r"\s*(?::=|=>)")
 _DECIMAL = re.compile(r"(?:^|#[-+]?)10#")
 #: A token with the white space before it.
@@ -179,7 +181,10 @@ _LABEL_FOLLOWS = re.compile(
 )
 #: Tokens that may stand before a statement of a CASE, and so before a label.
 _BEFORE_LABEL = frozenset(
-    ("SEMICOLON", "OF", "COLON", "END_IF", "END_CASE", "END_FOR", "END_WHILE", "END_REPEAT")
+    (
+        *("SEMICOLON", "OF", "COLON"),
+        *("END_IF", "END_CASE", "END_FOR", "END_WHILE", "END_REPEAT", "END_TRY"),
+    )
 )
 #: Last tokens of an assignment target. Behind them `S=` is one sign.
 _TARGET_ENDS = frozenset(("IDENT", "RSQB", "CARET", "INTEGER", "PART"))
@@ -390,6 +395,8 @@ class _Lexer:
     def _name(self, value: str, word: str, offset: int, behind: int) -> str:
         """Return the kind of an identifier: LABEL at the beginning of a CASE label, else IDENT."""
         named = self._previous in _BEFORE_NAMES
+        if word in EXCEPTIONS and not named and not _DECLARED.match(self._text, behind):
+            return EXCEPTIONS[word]
         if word in _UNSUPPORTED and not named and _MEANT.match(self._text, behind):
             self._refuse(f"{word} is not supported ({_UNSUPPORTED[word]})", offset)
         elif word in ("R_EDGE", "F_EDGE") and self._previous == "IDENT":

@@ -383,7 +383,11 @@ def _check_size(before: Sequence[s.Source], source: s.Source) -> None:
 
 
 def first_errors(errors: list[InputError], most: int = MOST_MISTAKES) -> list[InputError]:
-    """Return the first errors, up to a limit, and a note on the number of further errors."""
+    """Return the first errors, up to a limit, and a note on the number of further errors.
+
+    Errors with the same place and text are one error.
+    """
+    errors = list({str(error): error for error in errors}.values())
     more = len(errors) - most
     if more <= 0:
         return errors
@@ -492,6 +496,8 @@ def _resolve(
         if visit is not None:
             visit(scope, syntax.body)
         check_start(scope, syntax.sections, errors.append)
+    for scope, sections in declarations.starts_of_globals():
+        check_start(scope, sections, errors.append)
     if errors or not whole:
         return None
     try:

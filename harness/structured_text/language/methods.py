@@ -143,6 +143,9 @@ class Methods:
                 return False
         if not isinstance(node, s.Name) or self._scope.symbol(node.key) is not None:
             return False
+        here = self._scope.block
+        if here is not None and here.kind == "PROGRAM" and node.key == here.name.upper():
+            return not parts  # a program names its own parts with its name before them
         name = ".".join([node.key, *reversed(parts)])
         return name in self._scope.registry.namespaces
 

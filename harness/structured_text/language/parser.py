@@ -7,7 +7,7 @@ statements. Each method is named after its rule, so most methods have no docstri
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
@@ -34,7 +34,7 @@ from structured_text.language.lexer import KEYWORDS, PUNCTUATION, Notes, tokens
 from structured_text.language.pou_names import with_names
 from structured_text.language.recovery import AT_END, read_tokens
 from structured_text.language.source import Extract, source_text, title_of
-from structured_text.language.words import ACCESSORS
+from structured_text.language.words import ACCESSORS, EXCEPTIONS
 from structured_text.output.limits import MOST_TOKENS
 
 __all__ = [
@@ -60,6 +60,16 @@ CLASS = "CLASS"
 
 def _optional(token: Token | None) -> s.Name | None:
     return None if token is None else name_of(token)
+
+
+def _base_of(
+    bases: Sequence[s.Name | s.NamedSpec] | None,
+) -> tuple[s.Name | None, tuple[s.Expression, ...]]:
+    """Return the block that a block extends, and the values of its generic constants."""
+    if not bases:
+        return None, ()
+    base = bases[0]
+    return (base.name, base.generics) if isinstance(base, s.NamedSpec) else (base, ())
 
 
 def _names_of(tokens: Iterable[Token]) -> tuple[s.Name, ...]:
@@ -113,14 +123,12 @@ class _Builder(Statements):
     ) -> s.TypeDecl:
         if isinstance(spec, _Detailed):
             spec = spec.of_type(self)
-        return s.TypeDecl(
-            name_of(name), spec, initial, position_of(name), base[0] if base else None
-        )
+        return s.TypeDecl(name_of(name), spec, initial, position_of(name), _base_of(base)[0])
 
     def struct_declaration(
         self, name: Token, base: Any, _colon: Token, spec: s.StructSpec
     ) -> s.TypeDecl:
-        return s.TypeDecl(name_of(name), spec, None, position_of(name), base[0] if base else None)
+        return s.TypeDecl(name_of(name), spec, None, position_of(name), _base_of(base)[0])
 
     def broken(self, *_: Any) -> None:
         """Drop a part that could not be read."""
@@ -142,8 +150,9 @@ class _Builder(Statements):
 
     def generic_spec(self, name: s.Name, *rest: Any) -> s.NamedSpec:
         self.note("VAR_GENERIC", name.at)
-        values = tuple(one for one in rest if not isinstance(one, Token))
-        return s.NamedSpec(name, name.at, generics=values)
+        arguments = next((one for one in rest if isinstance(one, tuple)), ())
+        parts = (one for one in rest if one is not None and not isinstance(one, (Token, tuple)))
+        return s.NamedSpec(name, name.at, None, arguments, generics=tuple(parts))
 
     def detailed_spec(self, name: s.Name, *rest: Any) -> Any:
         items = [item for item in rest if item is not None and not isinstance(item, Token)]
@@ -265,8 +274,35 @@ class _Builder(Statements):
         if base is not None and len(base) > 1:
             words = (*words, TWO_BASES)
         pou = self.program(word, name, *rest)
-        base = base[0] if base else None
-        return replace(pou, words=words, extends=base, implements=interfaces or ())
+        base, values = _base_of(base)
+        return replace(pou, words=words, extends=base, implements=interfaces or (), generics=values)
+
+    def generic_block(self, word: Token, words: Any, name: Token, *rest: Any) -> s.Pou:
+        """Return a block with its generic constants before EXTENDS."""
+        place = self._after_generics(rest, "EXTENDS")
+        others = (*rest[:place], *rest[place + 2 :])
+        return self.block(word, words, name, rest[place], rest[place + 1], *others)
+
+    def generic_implementer(self, word: Token, words: Any, name: Token, *rest: Any) -> s.Pou:
+        """Return a block with its generic constants before IMPLEMENTS."""
+        place = self._after_generics(rest, "IMPLEMENTS")
+        others = (*rest[:place], *rest[place + 1 :])
+        return self.block(word, words, name, None, rest[place], *others)
+
+    def _after_generics(self, rest: tuple[Any, ...], word: str) -> int:
+        """Return the place behind the first sections, which must be those of generic constants."""
+        place = next(k for k, one in enumerate(rest) if not isinstance(one, s.Section))
+        for section in rest[:place]:
+            if section.kind != "VAR_GENERIC":
+                text = f"{word} stands behind {section.kind}"
+                self._refused(text, section.at, f"write {word} behind the name of the block")
+        return place
+
+    def _refused(self, text: str, at: s.Position, hint: str) -> None:
+        """Report a mistake that the grammar accepts."""
+        self.errors.append(
+            InputError(text, file=self.file, line=at.line, column=at.column, hint=hint)
+        )
 
     def class_(
         self, word: Token, words: Any, name: Token, base: Any, interfaces: Any, *rest: Any
@@ -283,9 +319,10 @@ class _Builder(Statements):
             (),
             position_of(word),
             words=(*words, CLASS),
-            extends=base[0] if base else None,
+            extends=_base_of(base)[0],
             implements=interfaces or (),
             members=nodes_of(rest, (s.Method, s.Property)),
+            generics=_base_of(base)[1],
         )
 
     def _ended(self, word: Token, end: Token) -> None:
@@ -315,16 +352,20 @@ class _Builder(Statements):
             self.note("an access specifier", position_of(words[0]))
         return tuple(word.upper() for word in words)
 
-    def bases(self, word: Token, *rest: Any) -> tuple[s.Name, ...]:
+    def bases(self, word: Token, *rest: Any) -> tuple[s.Name | s.NamedSpec, ...]:
         self.note(word.upper(), position_of(word))
-        return nodes_of(rest, s.Name)
+        return nodes_of(rest, (s.Name, s.NamedSpec))
+
+    def generic_base(self, name: s.Name, *rest: Any) -> s.NamedSpec:
+        return self.generic_spec(name, *rest)
 
     def interface(
         self, word: Token, _words: Any, name: Token, base: Any, *rest: Any
     ) -> s.Interface:
         self.note("an INTERFACE", position_of(word))
         members = nodes_of(rest, (s.Method, s.Property))
-        return s.Interface(name_of(name), base or (), members, position_of(word))
+        bases = tuple(one.name if isinstance(one, s.NamedSpec) else one for one in base or ())
+        return s.Interface(name_of(name), bases, members, position_of(word))
 
     def method(self, word: Token, words: Any, name: Token, *rest: Any) -> s.Method:
         self.note("a METHOD", position_of(word))
@@ -480,7 +521,7 @@ class _NoLexer(Lexer):
 def _parser() -> tuple[Lark, _Builder]:
     grammar = files(__package__).joinpath("grammar.lark").read_text(encoding="utf-8")
     names = {*KEYWORDS, *PUNCTUATION.values(), *_LITERALS, "IDENT", "LABEL", "DIRECT", "PART"}
-    names |= {"WORD", *ACCESSORS}
+    names |= {"WORD", *ACCESSORS, *EXCEPTIONS.values()}
     declared = f"\n%declare {' '.join(sorted(names))} LATCH ERROR\n"
     builder = _Builder()
     make = partial(

@@ -5,6 +5,12 @@ from __future__ import annotations
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.checking import Checking
+from structured_text.language.memory import (
+    NAMES,
+    is_memory_function,
+    memory_call,
+    memory_result,
+)
 from structured_text.language.registry import ConsequenceError
 from structured_text.language.resolve import is_null
 from structured_text.language.scalars import (
@@ -179,14 +185,20 @@ class References:
             if array.element == want.target:
                 lows = tuple(t.Constant(low, ELEMENTARY["DINT"]) for low, _ in array.bounds)
                 return t.Address(t.Index(found.variable, lows, array.element), want)
-        sizes = [size_of(_target(one)) for one in (kind, want)]
-        if "REFERENCE" not in (kind.kind, want.kind) and None not in sizes:
+        if "REFERENCE" not in (kind.kind, want.kind) and not self._are_strangers(kind, want):
             return self._recast(found, want, node.at)
         raise self._scope.error(
             f"a {describe(want)} cannot lead to a {describe(_target(kind))}",
             node.at,
             "use a pointer to data",
         )
+
+    def _are_strangers(self, one: ReferenceType, other: ReferenceType) -> bool:
+        """Return whether two pointers lead to blocks of which neither extends the other."""
+        first, second = _target(one), _target(other)
+        objects = self._scope.declarations.objects
+        blocks = isinstance(first, BlockType) and isinstance(second, BlockType)
+        return blocks and not (objects.is_a(first, second) or objects.is_a(second, first))
 
     def _recast(self, found: t.Expression, want: ReferenceType, at: s.Position) -> t.Recast:
         assert isinstance(found.type, ReferenceType)
@@ -279,6 +291,8 @@ class References:
             if isinstance(kind, BlockType):
                 raise self._scope.error("__NEW makes one block at a time", size.at)
             index = self._all.infer(size) or ELEMENTARY["DINT"]
+            if isinstance(index, ElementaryType) and index.name in ANY_BIT and index != BOOL:
+                index = self._all.operators.number(index)
             if not isinstance(index, ElementaryType) or index.name not in ANY_INT:
                 text = f"a count must be an integer, not a {describe(index)}"
                 raise self._scope.error(text, size.at)
@@ -361,6 +375,8 @@ class References:
         Raise InputError if the function is not supported.
         """
         key = node.function.key
+        if is_memory_function(key, self._all):
+            return True
         if key in _REFUSED and key not in self._scope.declarations.pous:
             alone = key in ("__NEW", "__DELETE")
             text = "cannot stand here" if alone else "is not supported"
@@ -373,13 +389,17 @@ class References:
         return known
 
     def type_of(self, node: s.Call) -> Type | None:
-        """Return the type of the result of ADR, REF and __ISVALIDREF."""
+        """Return the type of the result of ADR, REF, __ISVALIDREF and the functions of memory."""
+        if node.function.key in NAMES:
+            return memory_result(node.function.key)
         if node.function.key in ("ADR", "REF"):
             return self._address(node, None).type
         return BOOL
 
     def call(self, node: s.Call) -> t.Expression:
-        """Type a call of ADR, REF or __ISVALIDREF."""
+        """Type a call of ADR, REF, __ISVALIDREF or a function of memory."""
+        if node.function.key in NAMES:
+            return memory_call(node, self._all)
         if node.function.key in ("ADR", "REF"):
             return self._address(node, None)
         if node.function.key != "__ISVALIDREF":
@@ -387,6 +407,8 @@ class References:
         argument = self._argument(node)
         found = self._all.place(argument) if isinstance(argument, PLACES) else None
         passed = isinstance(found, t.Use) and found.symbol.section == "VAR_IN_OUT"
+        if isinstance(found, t.Use) and found.symbol.passed:
+            return t.Constant(True, BOOL)  # the call has passed a variable or a value
         if found is None or not (passed or isinstance(found.type, ReferenceType)):
             text = "__ISVALIDREF needs a variable of REFERENCE TO, or a VAR_IN_OUT"
             hint = "compare a pointer or an interface with 0"

@@ -57,6 +57,14 @@ from structured_text.output.limits import MOST_LEVELS
 __all__ = ["Types", "default_scalar", "fills", "is_null"]
 
 
+#: A pointer whose target is not resolved yet, with the names that are known at its declaration.
+_Unlinked = tuple[
+    ReferenceType,
+    s.TypeSpec,
+    Declared,
+    MutableMapping[str, Symbol],
+    list[tuple[s.Section, Declared]],
+]
 #: Sizes of integers [bits], with the letter of their types.
 _SIZES = ((8, "S"), (16, ""), (32, "D"), (64, "L"))
 #: Types of other languages, and those of IEC 61131-3 that are meant.
@@ -111,16 +119,21 @@ class Types:
         self.under_way: set[str] = set()
         self._listed: dict[str, tuple[s.VarDecl, Declared]] | None = None
         self._pended: dict[str, Constant | InputError | None] = {}
-        self._unlinked: list[tuple[ReferenceType, s.TypeSpec, Declared]] = []
+        self._unlinked: list[_Unlinked] = []
 
     def link(self) -> None:
         """Resolve the targets of pointers and references, once all types and blocks are known."""
         while self._unlinked:
-            reference, spec, where = self._unlinked.pop()
+            reference, spec, where, local, sections = self._unlinked.pop()
+            before = self.local, self.sections
+            # The bounds of an array may be constants of the block.
+            self.local, self.sections = local, sections
             try:
                 reference.target, _ = self.resolve(spec, where)
             except InputError as error:
                 self._report(error)
+            finally:
+                self.local, self.sections = before
 
     # --- types ---
 
@@ -293,7 +306,9 @@ class Types:
                     hint,
                 )
             low, high = self.integer(dimension.low, where), self.integer(dimension.high, where)
-            if low > high:
+            # TwinCAT and CODESYS accept an array without elements: ARRAY [0..-1].
+            none = self.registry.dialect.name in ("codesys", "twincat")
+            if low > high + none:
                 raise where.error(f"the bounds {low}..{high} are empty", dimension.at)
             bounds.append((low, high))
         element, initial = self.resolve(spec.element, where, f"{name}_element")
@@ -315,7 +330,7 @@ class Types:
             return self._subrange(spec, where)
         if isinstance(spec, s.PointerSpec):
             reference = ReferenceType(spec.kind)
-            self._unlinked.append((reference, spec.target, where))
+            self._unlinked.append((reference, spec.target, where, self.local, self.sections))
             return reference, None
         if not isinstance(spec, s.NamedSpec):
             return self._nameless(spec, where, owner)
@@ -395,7 +410,9 @@ class Types:
         if spec.name.key not in ANY_STRING:
             raise where.error(f"a {spec.name.text} has no length", spec.at, "remove it")
         length = self.integer(spec.length, where)
-        if not 1 <= length <= LONGEST_STRING:
+        # TwinCAT and CODESYS accept a text without characters: STRING(0).
+        least = 0 if self.registry.dialect.name in ("codesys", "twincat") else 1
+        if not least <= length <= LONGEST_STRING:
             raise where.error(f"a STRING holds 1 to {LONGEST_STRING} characters", spec.at)
         if spec.name.key == "WSTRING":
             where.note("a type of the third edition", spec.at, "WSTRING")

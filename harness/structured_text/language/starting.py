@@ -11,7 +11,9 @@ from structured_text.language.checking import Checking
 from structured_text.language.declare import Scope
 from structured_text.language.methods import NOTHING
 from structured_text.language.objects import INIT
+from structured_text.language.registry import ConsequenceError
 from structured_text.language.types import BlockType, InterfaceType, ReferenceType, Type
+from structured_text.language.walk import declared as declared_in
 
 __all__ = ["Start", "instance_sections", "start_calls", "start_of", "starting"]
 
@@ -30,7 +32,8 @@ class Start:
 def starting(sections: Iterable[s.Section], scope: Scope) -> Iterator[s.Assign | s.Latch | Start]:
     """Yield the initial values of a POU that are not constant, as statements."""
     for section in sections:
-        if section.kind in ("VAR_IN_OUT", "VAR_EXTERNAL"):
+        # A VAR_INST starts with its block: see `instance_sections`.
+        if section.kind in ("VAR_IN_OUT", "VAR_EXTERNAL", "VAR_INST"):
             continue
         for variable in section.variables:
             for name in variable.names:
@@ -55,7 +58,7 @@ def _one(
         assert initial is not None
         assert not isinstance(initial, _NO_EXPRESSION)
         yield s.Assign(name, initial, name.at)
-    elif _has_arguments(variable) and section.kind != "VAR_INST":
+    elif _has_arguments(variable):
         assert isinstance(variable.spec, s.NamedSpec)
         yield Start(name, variable.spec.arguments, variable.spec.at)
 
@@ -65,9 +68,9 @@ def _has_arguments(variable: s.VarDecl) -> bool:
 
 
 def instance_sections(node: s.Pou) -> Iterator[s.Section]:
-    """Yield the VAR_INST of methods whose blocks get arguments, as variables of their block.
+    """Yield the VAR_INST of methods with a start of their own, as variables of their block.
 
-    Such a block is part of each instance, and starts with it.
+    Such a variable is part of each instance, and starts with it.
     """
     for member in node.members:
         accessors = (member.getter, member.setter) if isinstance(member, s.Property) else (member,)
@@ -78,7 +81,7 @@ def instance_sections(node: s.Pou) -> Iterator[s.Section]:
                 variables = tuple(
                     replace(one, names=tuple(_qualified(method.name, name) for name in one.names))
                     for one in section.variables
-                    if _has_arguments(one)
+                    if _has_arguments(one) or one.initial is not None
                 )
                 yield replace(section, kind="VAR", variables=variables)
 
@@ -98,6 +101,19 @@ def start_calls(node: Start, expressions: Checking) -> list[t.Evaluate]:
     return start_of(instance.type, instance, node.arguments, node.at, expressions, node.name.text)
 
 
+def _has_broken_input(method: t.Pou, scope: Scope) -> bool:
+    """Return whether the declaration of an input of a block's `INIT` has an error."""
+    owner = method.name.partition(".")[0].upper()
+    declared = scope.registry.pous.get(owner)
+    members = declared.node.members if declared is not None else ()  # type: ignore[union-attr]
+    return any(
+        section.kind == "VAR_INPUT" and name.key not in method.symbols
+        for member in members
+        if isinstance(member, s.Method) and member.name.key == INIT.upper()
+        for section, _, name in declared_in(member.sections)
+    )
+
+
 def start_of(
     kind: Type,
     instance: t.Expression,
@@ -111,10 +127,15 @@ def start_of(
     `shown` is the name of the variable, for messages. Raise InputError as `start_calls` does.
     """
     scope = expressions.scope
-    method = None
-    if isinstance(kind, BlockType):
-        method = scope.declarations.objects.starter(kind.name.upper())
-    if method is None or not isinstance(kind, BlockType):
+    if not isinstance(kind, BlockType):
+        text = f"{shown or kind.name} has no {INIT} that takes arguments"
+        raise scope.error(text, at, "write := (pin := value) for initial values")
+    key, objects = kind.name.upper(), scope.declarations.objects
+    declared = objects.all.get(key, {}).get(INIT.upper())
+    if scope.registry.incomplete(key) or (declared and _has_broken_input(declared, scope)):
+        raise ConsequenceError(f"a part of {kind.name}.{INIT} is missing")
+    method = objects.starter(key)
+    if method is None:
         text = f"{shown or kind.name} has no {INIT} that takes arguments"
         raise scope.error(text, at, "write := (pin := value) for initial values")
     inputs = method.section("VAR_INPUT")[2:]

@@ -17,6 +17,7 @@ from structured_text.language.syntax import Position
 from structured_text.language.types import BlockType, ReferenceType, Type
 
 __all__ = [
+    "AFTER_CALL",
     "Address",
     "Assign",
     "Assigned",
@@ -48,6 +49,7 @@ __all__ = [
     "Statement",
     "Symbol",
     "This",
+    "Try",
     "Unary",
     "Use",
     "Valid",
@@ -69,6 +71,7 @@ class Symbol:
     parts of the initial value that are not constant. `retain`: it keeps its value over a warm
     start. `area` is I, Q or M if the tool chooses the address (`%I*`). `access` is PRIVATE or
     PROTECTED if only the block `owner` (upper case), or also those that extend it, may use it.
+    `passed`: it is a VAR_IN_OUT CONSTANT, which is passed by value.
     """
 
     name: str
@@ -88,6 +91,7 @@ class Symbol:
     area: str = ""
     access: str = ""
     owner: str = ""
+    passed: bool = False
 
 
 @dataclass(frozen=True)
@@ -421,6 +425,20 @@ class Repeat:
 
 
 @dataclass(frozen=True)
+class Try:
+    """A `__TRY`: an error at run time in `body` sets `code`, and `handler` runs.
+
+    `last` always runs. `code` is a variable of __SYSTEM.ExceptionCode, or None.
+    """
+
+    body: tuple[Statement, ...]
+    code: Variable | None
+    handler: tuple[Statement, ...]
+    last: tuple[Statement, ...]
+    at: Position
+
+
+@dataclass(frozen=True)
 class Evaluate:
     """A call with an unused result."""
 
@@ -446,6 +464,7 @@ Statement = (
     | For
     | While
     | Repeat
+    | Try
     | s.Exit
     | s.Return
     | s.Continue
@@ -454,6 +473,9 @@ Statement = (
 
 
 _FIRST = Position(1, 1)
+
+#: Last part of the name of the variable that holds a VAR_IN_OUT of a block after a call.
+AFTER_CALL = "after_call"
 
 
 @dataclass(eq=False)

@@ -100,6 +100,8 @@ def bodies(one: _One) -> list[tuple[_One, ...]]:
             way.body if isinstance(way, s.CaseBranch) else way[1] for way in branches
         ]
         return [*inner, getattr(one, "otherwise", ())]
+    if isinstance(one, (s.Try, t.Try)):
+        return [one.body, one.handler, one.last]
     return [one.body] if hasattr(one, "body") else []
 
 
@@ -122,6 +124,9 @@ def targets(one: t.Statement) -> Iterator[t.Variable]:
         yield one.target
     elif isinstance(one, t.For):
         yield one.counter
+    elif isinstance(one, t.Try):
+        if one.code is not None:
+            yield one.code
     elif isinstance(one, t.CallBlock):
         for _, variable in (*one.in_outs, *one.outputs):
             yield variable

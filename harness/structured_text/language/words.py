@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["ACCESSORS", "ACCESS_WORDS", "OBJECT_WORDS", "Context", "is_soft"]
+__all__ = ["ACCESSORS", "ACCESS_WORDS", "EXCEPTIONS", "OBJECT_WORDS", "Context", "is_soft"]
 
 #: Words that can stand before the name of a method, property, block or interface.
 ACCESS_WORDS = frozenset(
     ["PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL", "FINAL", "ABSTRACT", "OVERRIDE"]
 )
+#: Words of CODESYS for exceptions, with the kinds of their tokens.
+EXCEPTIONS = {"__TRY": "TRY", "__CATCH": "CATCH", "__FINALLY": "FINALLY", "__ENDTRY": "END_TRY"}
 ACCESSORS = ("GET", "SET", "END_GET", "END_SET")
 
 _TO = re.compile(r"\s+TO\b", re.IGNORECASE)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from structured_text.language.source import Line
@@ -23,6 +23,9 @@ _TOKEN = re.compile(
     r"|(?P<before>(?:[A-Za-z_]\w*\s*\.\s*)*|[\])^]\s*\.\s*)(?P<name>[A-Za-z_]\w*)",
     re.DOTALL,
 )
+#: A declared variable or several of them, and text before the name of a type.
+_VARIABLE = re.compile(r"^\s*(?:\{[^}\n]*\}\s*)*(\w+(?:\s*,\s*\w+)*)[^:;\n]*:(?!=)", re.MULTILINE)
+_OF_TYPE = re.compile(r"(?::|\b(?:TO|OF|EXTENDS|IMPLEMENTS))\s*\Z", re.IGNORECASE)
 _WORD = re.compile(r"[A-Za-z_]\w*")
 
 
@@ -38,7 +41,8 @@ def joined(projects: Sequence[Project]) -> Project:
         for one, users in zip(projects, used, strict=True)
     ]
     renamed = [
-        _renamed(one, projects) if users else {} for one, users in zip(projects, used, strict=True)
+        _renamed(one, projects) if users or _is_library(one, projects) else {}
+        for one, users in zip(projects, used, strict=True)
     ]
     rules = {
         f"{space.upper()}.{unit.name.upper()}": names.get(unit.name.upper(), unit.name)
@@ -64,6 +68,13 @@ def _tasks_note(project: Project) -> str:
     (unit, *_) = (unit for unit in project.units if unit.kind == "CONFIGURATION")
     name = project.titles[0]
     return f"{unit.file}: the tasks of the library {name} do not run"
+
+
+def _is_library(project: Project, projects: Sequence[Project]) -> bool:
+    """Return whether a project has no tasks, but another one has."""
+    tasks = [any(unit.kind == "CONFIGURATION" for unit in one.units) for one in projects]
+    own = tasks[next(k for k, one in enumerate(projects) if one is project)]
+    return bool(project.titles) and not own and any(tasks)
 
 
 def _users(project: Project, projects: Sequence[Project]) -> list[Library]:
@@ -95,6 +106,13 @@ def _renamed(project: Project, projects: Sequence[Project]) -> dict[str, str]:
 def _with_names(unit: Unit, rules: dict[str, str], own: dict[str, str]) -> Unit:
     """Return a unit with new names: `rules` after a namespace, `own` for the bare names."""
     spaces = {rule.partition(".")[0] for rule in rules}
+    # A method or property of the same name is another element, also as the result in its body.
+    members = {part.name.rpartition(".")[2].upper() for part in _parts(unit.piece)}
+    heads = [unit.piece.head, *(part.head for part in _parts(unit.piece))]
+    for head in heads:
+        declared = _VARIABLE.findall("\n".join(line.text for line in head))
+        members.update(name.strip().upper() for names in declared for name in names.split(","))
+    members.discard(unit.name.upper())
 
     def text(found: re.Match[str]) -> str:
         if found["other"] is not None:
@@ -103,6 +121,10 @@ def _with_names(unit: Unit, rules: dict[str, str], own: dict[str, str]) -> Unit:
         if found["before"][:1] in (")", "]", "^"):
             return found[0]
         keys = [word.upper() for word in words[:3:2]]
+        if keys[0] in members and not _OF_TYPE.search(
+            found.string, max(0, found.start() - 80), found.start()
+        ):
+            return found[0]
         if len(keys) > 1 and (new := rules.get(".".join(keys))):
             return "".join([new, *words[3:]])
         return "".join([own.get(keys[0], words[0]), *words[1:]])
@@ -129,6 +151,13 @@ def _with_names(unit: Unit, rules: dict[str, str], own: dict[str, str]) -> Unit:
         )
 
     return replace(unit, piece=piece(unit.piece, own.get(unit.name.upper(), unit.name)))
+
+
+def _parts(piece: Piece) -> Iterator[Piece]:
+    """Yield the methods, properties and actions of a unit."""
+    for part in piece.parts:
+        yield part
+        yield from _parts(part)
 
 
 def _declared_spaces(whole: Project, spaces: Sequence[tuple[str, ...]]) -> Project:

@@ -165,7 +165,11 @@ def _libraries(root: Element, file: Path) -> Iterator[Library]:
     for kind in ("PlaceholderReference", "LibraryReference"):
         for one in root.all("ItemGroup", kind):
             name = one.get("Include").split(",")[0].strip().removeprefix("#")
-            resolved = [part.text().split(",")[0].strip() for part in one.all("DefaultResolution")]
+            # TwinCAT writes a title with blanks as [My library].
+            resolved = [
+                part.text().split(",")[0].strip().removeprefix("[").removesuffix("]")
+                for part in one.all("DefaultResolution")
+            ]
             spaces = [part.text() for part in one.all("Namespace")]
             if name.upper() not in _KNOWN:
                 title = next(filter(None, resolved), name)

@@ -15,7 +15,7 @@ from structured_text.projects.open import project_sources
 
 _DATA = Path(__file__).parent / "data"
 
-#: Main calls Lamp, whose body is in ladder. Spare is not called.
+#: Main calls Lamp, which has a body in ladder. Spare is not called.
 _LADDER = """\
 <project xmlns="http://www.plcopen.org/xml/tc6_0200"><types><pous>
 <pou name="Main" pouType="program">

@@ -161,7 +161,7 @@ def test_a_jog_whose_command_is_cleared_goes_on_until_the_stop_input_is_off(code
 
 
 def _coordinates(shift: tuple[int, int, int, int], hand: Hand, start: int) -> Master:
-    """Return a master whose axis 4 is at `start`, with shift 1 and hand 1 selected."""
+    """Return a master with axis 4 at `start`, and with shift 1 and hand 1 selected."""
     axes = (Axis(), Axis(), Axis(), Axis(start=start))
     master = _jogger(axes=axes, shifts={1: shift}, hands={(1, 1): hand})
     master.execute(0x003B, 0, 1)

@@ -16,7 +16,7 @@ EVERY = [0x004B, 0x004C, 0x004D]
 
 
 def _mover(workpiece: int | None = 4_500, **config: Any) -> Master:
-    """Return a robot whose axis 3 has 500 pulses/mm, with a workpiece at 4500 pulses = 9.000 mm."""
+    """Return a robot with 500 pulses/mm on axis 3, and a workpiece at 4500 pulses = 9.000 mm."""
     axes = (Axis(start=1), Axis(start=2), Axis(pulses_per_mm=500, workpiece=workpiece), Axis())
     point = Point((7, 7, 10_000, 7, 0, 0), mm=True)
     return mover(**{"axes": axes, "points": {19: point}, **config})

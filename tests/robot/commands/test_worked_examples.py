@@ -23,7 +23,7 @@ EXAMPLES: Mapping[int, Mapping[str, Any]] = {
 JOGS = [number for number, example in EXAMPLES.items() if "stopped_by" in example.get("state", {})]
 OTHERS = [number for number in EXAMPLES if number not in JOGS]
 
-#: Examples whose print and prose disagree, with the controller's reaction to the printed words.
+#: Examples in which print and prose disagree, with the controller's reaction to the printed words.
 HOLDS, SAME, REFUSED, KNOB, NONE = (
     "the print holds",
     "the printed command ends as the meant one",

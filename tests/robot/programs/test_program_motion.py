@@ -260,7 +260,7 @@ def test_servos_motor_power_and_origin_are_statements() -> None:
 
 
 def test_a_second_robot_moves_beside_the_first() -> None:
-    """MOVE[2] moves robot 2, whose only axis is the third of the controller.
+    """MOVE[2] moves robot 2, which has only the third axis of the controller.
 
     Rule: robot-language.
     """
@@ -347,7 +347,7 @@ def test_an_axis_does_not_exceed_its_acceleration_at_a_corner() -> None:
         master.run(5)
         ways.append(tuple(master.robot.positions))
     assert ways[-1] == (100_000, 100_000)
-    assert all(100_000 - x <= 5_000 or y == 0 for x, y in ways)  # The movement follows the corner.
+    assert all(100_000 - x <= 5_000 or y == 0 for x, y in ways)  # within 5 mm of the corner
     for k in (0, 1):
         speeds = [b[k] - a[k] for a, b in pairwise(ways)]
         changes = [abs(b - a) for a, b in pairwise(speeds)]

@@ -15,7 +15,7 @@ from robot_programs import POINTS, calculated, running
     [
         ("1+2*3", 7),
         ("(1+2)*3", 9),
-        ("2^3^2", 512),  # The string function counts from the right.
+        ("2^3^2", 512),  # evaluated from the right
         ("-2^2", -4),
         ("7 MOD 3", 1),
         ("-7 MOD 3", -1),
@@ -55,7 +55,7 @@ from robot_programs import POINTS, calculated, running
         ("LOCY(P3)", 6000),  # in pulses
         ("LOCX(P1+P2)", 120),
         ("LOCX(P1-P2)", 80),
-        ("UNKNOWN", 0),  # The variable has no value yet.
+        ("UNKNOWN", 0),  # a variable without a value
     ],
 )
 def test_an_expression(expression: str, value: float) -> None:

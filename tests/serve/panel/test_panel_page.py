@@ -75,7 +75,7 @@ def browser() -> Iterator[WebDriver]:
 
 @pytest.fixture
 def panel(browser: WebDriver) -> Iterator[_Panel]:
-    """Return a panel whose page is open."""
+    """Return a panel with an open page."""
     one = _Panel(browser)
     with PanelServer([one.plate], 0) as server:
         browser.get(server.address)

@@ -28,7 +28,7 @@ def plate() -> Plate:
 
 @pytest.fixture
 def client(plate: Plate) -> Iterator[WebClient]:
-    """Return a client of the panel's page, whose token is `token`."""
+    """Return a client of the panel's page, with the token `token`."""
     client = WebClient(application([plate], "token"))
     yield client
     client.close()

@@ -71,6 +71,7 @@ _USES: list[tuple[str, str, Any]] = [
     ("I := MAX(M, 0);", "I", 1),
     ("I := LIMIT(0, Mode.Fast, 1);", "I", 1),
     ("S := TO_STRING(M);", "S", "1"),
+    ("N := N1; S := TO_STRING(N);", "S", "N1"),
     ("X := M;", "X", "B0"),
     ("M := Large.C0;", "M", "Fast"),
     ("W := 3; C := W;", "C", "THREE"),
@@ -114,7 +115,6 @@ _WRONG = [
     ("T := M;", "a Strict is expected here, not a Mode"),
     ("T := Mode.Off;", "a Strict is expected here, not a Mode"),
     ("CASE T OF 7: I := 1; END_CASE;", "a Strict is expected here"),
-    ("S := TO_STRING(N);", "TO_STRING of Named, whose members have texts (to_string),"),
     ("M := 2.5;", "a Mode is expected here"),
 ]
 

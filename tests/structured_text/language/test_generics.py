@@ -26,6 +26,27 @@ FUNCTION_BLOCK FB_Unused VAR_GENERIC CONSTANT K : UINT; END_VAR
 FUNCTION_BLOCK FB_Endless VAR_GENERIC CONSTANT K : UINT; END_VAR
   VAR P : POINTER TO FB_Endless<(K + 1)>; END_VAR END_FUNCTION_BLOCK
 FUNCTION_BLOCK FB_Plain VAR X : INT; END_VAR END_FUNCTION_BLOCK
+INTERFACE I_Sized
+METHOD Size : INT END_METHOD
+END_INTERFACE
+FUNCTION_BLOCK FB_Sized
+  VAR_GENERIC CONSTANT K : UINT; END_VAR
+IMPLEMENTS I_Sized
+  VAR A : ARRAY [0..K - 1] OF INT; Step : INT := 1; END_VAR
+  METHOD Size : INT Size := UINT_TO_INT(K) * Step; END_METHOD
+  METHOD FB_init : BOOL
+  VAR_INPUT bInitRetains, bInCopyCode : BOOL; S : INT; END_VAR
+  Step := S;
+  END_METHOD
+  PROPERTY All : REFERENCE TO ARRAY [0..K - 1] OF INT GET All REF= A; END_GET END_PROPERTY
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK FB_Same VAR_GENERIC CONSTANT M : UINT; END_VAR
+EXTENDS FB_Sized<(M * 2)>
+END_FUNCTION_BLOCK
+FUNCTION_BLOCK FB_Three EXTENDS FB_Sized<3>
+  VAR Mine : ARRAY [1..K] OF INT; END_VAR
+  METHOD Own : INT Mine[K] := 8; Own := Mine[3] + Size(); END_METHOD
+END_FUNCTION_BLOCK
 """
 
 
@@ -44,6 +65,11 @@ def _text(variables: str, body: str) -> str:
         ("B : FB_Inner<3>; D : FB_Inner<5>;", "X := B.Get(); Y := D.Get();", {"X": 3, "Y": 5}),
         ("B, D : FB_Inner<3>; P : POINTER TO FB_Inner<3>;", "P := ADR(D); X := P^.Get();",
          {"X": 3}),
+        ("B : FB_Sized<4>(10); I : I_Sized;", "I := B; X := I.Size();", {"X": 40}),
+        ("B : FB_Same<3>(2);", "X := B.Size();", {"X": 12}),
+        ("B : FB_Three(5);", "X := B.Own();", {"X": 23}),
+        ("B : FB_Sized<2>(1); R : REFERENCE TO ARRAY [0..1] OF INT;",
+         "R REF= B.All; R[1] := 6; X := B.A[1];", {"X": 6}),
     ],
 )  # fmt: skip
 def test_each_list_of_values_is_a_block_of_its_own(

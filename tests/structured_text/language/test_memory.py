@@ -161,8 +161,8 @@ def test_beyond_the_memory_a_run_ends(statement: str, message: str, build: Build
          "PROGRAM P VAR U : U1 := (A := 1, B := 2); END_VAR ; END_PROGRAM",
          "takes one initial value"),
         ("TYPE U1 : UNION A : INT; U : U1; END_UNION END_TYPE", "cannot contain itself: U1"),
-        ("PROGRAM P VAR F : TON; P1 : POINTER TO BYTE; END_VAR P1 := ADR(F); END_PROGRAM",
-         "a POINTER TO BYTE cannot lead to a TON"),
+        ("PROGRAM P VAR F : TON; P1 : POINTER TO TOF; END_VAR P1 := ADR(F); END_PROGRAM",
+         "a POINTER TO TOF cannot lead to a TON"),
         ("PROGRAM P VAR R : REAL; B : REFERENCE TO DWORD; END_VAR B REF= R; END_PROGRAM",
          "cannot lead to a REAL"),
         ("FUNCTION F1 : STRING F1 := 'a'; END_FUNCTION\n"

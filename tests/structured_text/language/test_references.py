@@ -141,7 +141,6 @@ def test_a_pointer_to_nowhere_is_reported(statement: str, message: str, build: B
 @pytest.mark.parametrize(
     ("statement", "message"),
     [
-        ("P := ADR(Buffer);", "cannot lead to a FB_Buffer"),
         ("P := N;", "a POINTER TO INT is expected here, not a INT"),
         ("P := 5;", "a POINTER TO INT is expected here"),
         ("X := P;", "a INT is expected here, not a POINTER TO INT"),
@@ -156,7 +155,9 @@ def test_a_pointer_to_nowhere_is_reported(statement: str, message: str, build: B
         ("N REF= M;", "REF= needs a variable of REFERENCE TO"),
         ("B[1] := __ISVALIDREF(N);", "__ISVALIDREF needs"),
         ("X := __NEW(INT);", "__NEW needs a pointer"),
-        ("MEMCPY(P, Q, 2);", "MEMCPY"),
+        ("MEMCPY(P, Q);", "MEMCPY takes 3 arguments, not 2"),
+        ("MEMCPY(N, Q, 2);", "a POINTER TO BYTE is expected here"),
+        ("MEMCPY(P, Q, count := 2);", "MEMCPY has no input count"),
     ],
 )
 def test_a_wrong_pointer_is_refused(statement: str, message: str, mistakes_of: Mistakes) -> None:

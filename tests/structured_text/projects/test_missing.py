@@ -319,6 +319,18 @@ def test_arguments_of_declarations_and_constants_of_lists_are_inferred(tmp_path:
     assert "Top : LREAL;" in texts["Limits.st"]
 
 
+def test_members_and_fields_are_inferred_from_initial_values_of_arrays(tmp_path: Path) -> None:
+    """Source: CODESYS help, array initialisation; docs/how-to/projects.md."""
+    variables = (
+        "  kinds : ARRAY[0..1] OF Kind := [Kind.None, Kind.Some];\n"
+        "  table : ARRAY[0..1] OF Entry := [(Name := 'a', Number := 1), (Name := 'b')];"
+    )
+    objects = {"MAIN.TcPOU": _program(variables, ";")}
+    texts = _stubs(tmp_path, objects, {"Valves": "Vlv"})
+    assert "TYPE Kind : (None, Some); END_TYPE" in texts["Kind.st"]
+    assert "  Name : STRING(255);\n  Number : DINT;" in texts["Entry.st"]
+
+
 def test_nothing_is_inferred_if_nothing_is_missing(tmp_path: Path) -> None:
     """A mistake of the user is not treated as a missing library.
 

@@ -133,3 +133,36 @@ def test_an_unknown_namespace_is_not_that_of_another_project(tmp_path: Path) -> 
     machine = written_project(tmp_path / "Machine", {"MAIN2.TcPOU": body}, task=False)
     with pytest.raises(InputError, match="there is no namespace Other"):
         Bench.build(source_files([machine, library], None), engine="builtin")
+
+
+def test_a_library_that_no_other_project_names_keeps_its_own_elements(tmp_path: Path) -> None:
+    """Both libraries have a block and a variable `Space`; the machine uses one of them.
+
+    The type of the variable `Space` in `Reader` is the library's own block.
+
+    Source: Beckhoff Information System, TwinCAT 3 PLC: library reference, Namespace.
+    """
+    block = "FUNCTION_BLOCK Space\nVAR_OUTPUT\n  Q : INT := {};\nEND_VAR\n"
+    reader = (
+        "FUNCTION_BLOCK Reader\nVAR_OUTPUT\n  Space : Space;\n  R : INT;\nEND_VAR\n---\n"
+        "R := Space.Q;\n"
+    )
+    used = written_project(
+        tmp_path / "Used",
+        {"Space.TcPOU": block.format(1), "Reader.TcPOU": reader},
+        "<Title>My parts</Title><DefaultNamespace>Parts</DefaultNamespace>",
+        task=False,
+    )
+    unused = written_project(
+        tmp_path / "Unused",
+        {"Space.TcPOU": block.format(2), "Other.TcPOU": reader.replace("Reader", "Other")},
+        "<Title>Other parts</Title><DefaultNamespace>Others</DefaultNamespace>",
+        task=False,
+    )
+    main = "PROGRAM MAIN\nVAR\n  a : Parts.Reader;\nEND_VAR\n---\na();\n"
+    machine = written_project(
+        tmp_path / "Machine", {"MAIN.TcPOU": main}, libraries={"[My parts]": "Parts"}
+    )
+    with Bench.build(source_files([machine, used, unused], None), engine="builtin") as bench:
+        bench.scan(1)
+        assert bench["MAIN.a.R"] == 1

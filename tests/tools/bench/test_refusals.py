@@ -46,7 +46,7 @@ def test_an_unknown_name_is_a_missing_library_only_with_a_declared_reference(
 @pytest.mark.parametrize(
     "body",
     [
-        "VAR A : INT; END_VAR\nA := TRUE;",  # not an unknown name, so there is no excuse
+        "VAR A : INT; END_VAR\nA := TRUE;",  # no unknown name: no library is missing
         "VAR A : INT; END_VAR\nA := TO_INT(X := 1);",
         "VAR A : ARRAY [1..N] OF INT; N : INT; END_VAR\n;",  # a variable in place of a constant
         "VAR A : INT; END_VAR\n__DELETE(A);",  # a name of the language, which no library declares
@@ -104,7 +104,7 @@ def test_a_reviewed_refusal_is_right(tmp_path: Path) -> None:
 
 
 def test_every_error_counts_however_many_there_are(tmp_path: Path) -> None:
-    """The number of messages is limited. A file whose error is not shown is not accepted."""
+    """The number of messages is limited. A file without a shown error still counts as refused."""
     body = "".join("A := TRUE;\n" for _ in range(300))
     text = f"FUNCTION_BLOCK {{0}}\nVAR A : INT; END_VAR\n{body}END_FUNCTION_BLOCK\n"
     sources = {f"FB_{number}": text.format(f"FB_{number}") for number in range(4)}

@@ -90,7 +90,7 @@ def lines(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
 
 
 def _rows(head: str) -> list[list[str]]:
-    """Return the rows of the table whose first heading is `head`."""
+    """Return the rows of the table with the first heading `head`."""
     part = re.split(rf"^\| {re.escape(head)} \|.*\n\|[-|]+\n", _PAGE, flags=re.MULTILINE)[1]
     table = part.partition("\n\n")[0].splitlines()
     return [[cell.strip() for cell in line.strip("|").split(" | ")] for line in table]

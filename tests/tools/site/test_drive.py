@@ -50,7 +50,7 @@ def test_an_example_runs_to_its_recorded_trace(runner: Runner, run: Run) -> None
 
 
 def test_an_example_with_a_robot_program_runs(run: Run) -> None:
-    """An example runs whose robot file names CARRY.PGM, a file of the job."""
+    """An example runs with a robot file that names CARRY.PGM, a file of the job."""
     job = example_jobs()["16_robot_program"]
     assert "CARRY.PGM" in job["files"]
     assert run(job | {"for": 1_000_000})["told"].endswith("no broken rules")

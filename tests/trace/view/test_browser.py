@@ -113,7 +113,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def moving(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a YK610XEC whose axis 1 turns by 90 degrees, and a one-axis robot without a model."""
+    """Return a YK610XEC with a turn of axis 1 by 90 degrees, and a robot without a model."""
     scara = RobotConfig(robot=("YK610XEC",)).axes
     config = RobotConfig(robot=("YK610XEC",), axes=(*scara, Axis(robot=2)))
     controller = Controller(config)

@@ -181,7 +181,7 @@ def test_a_deadlock_needs_the_program_of_a_robot(tmp_path: Path, capsys: Capture
     properties = ["--properties", str(_CELL / "campaign.toml")]
     words = [str(_CELL / "Handover.st"), "--out", str(tmp_path), *properties]
     assert main(["explore", *words]) == 2
-    assert "a deadlock is between the PLC and the program of a robot" in capsys.readouterr().err
+    assert "a deadlock needs the program of a robot" in capsys.readouterr().err
 
 
 def test_the_small_controller_of_an_exploration_knows_the_ports_of_a_property(

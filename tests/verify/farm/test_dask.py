@@ -1,4 +1,4 @@
-"""Work runs on a cluster of dask.distributed, whose processes are on this computer."""
+"""Work runs on a cluster of dask.distributed with processes on this computer."""
 
 from __future__ import annotations
 

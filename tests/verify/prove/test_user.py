@@ -138,7 +138,7 @@ def test_impossible_arguments_are_named_alike(
 ) -> None:
     """`Given` may be anything, and `Stage` is -1. No engine stops when a number does not fit."""
     body = f"  Servo(Robot := Robot, Execute := Start);\n  Stage := -1; {statement.format(number)}"
-    # A proof that does not end takes all of its time; a counterexample may take long on a busy
+    # A proof that does not end uses its whole time limit. A counterexample may take long on a busy
     # machine.
     found = proved(tmp_path, body, limit_s=2.0 if status == "unknown" else 120.0)
     wrong = {name: one.status for name, one in found.items() if one.status != "proved"}

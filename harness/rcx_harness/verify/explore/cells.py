@@ -131,7 +131,7 @@ class _CellWorld(World[CellChoice]):
         self.cell: Cell = cells.cell(0, keep=0)
         program = self.cell.program
         if not isinstance(program, BuiltinProgram):
-            raise InputError("cells are explored on the built-in engine")
+            raise InputError("a cell can be explored only on the built-in engine")
         refuse(program.module.project)
         _refuse_clocks(self.cell)
         self._broken: list[str] = []
@@ -156,7 +156,9 @@ class _CellWorld(World[CellChoice]):
             self.cell.scan(1)
         # Later entries would stay in the agenda of each state.
         if late := [entry for entry in start if entry.t_us >= self.cell.next_us]:
-            text = f"the run has an entry at {late[0].t_us // 1000} ms, when the exploration begins"
+            text = (
+                f"the run has an entry at {late[0].t_us // 1000} ms, after the exploration begins"
+            )
             raise InputError(text, hint="name a later --begin")
         if self._broken or self.cell.violations:
             told = [*self._broken, *(one.text for one in self.cell.violations)]

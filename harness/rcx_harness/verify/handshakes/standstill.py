@@ -56,7 +56,7 @@ class Standstill(Declared):
         """Return the property, ready to be evaluated scan by scan."""
         del program, areas
         if not isinstance(cell, Cell):
-            text = f"{self.name}: a deadlock is between the PLC and the program of a robot"
+            text = f"{self.name}: a deadlock needs the program of a robot"
             raise InputError(text, file=self.shown_file, hint="name the robot file by --robot")
         return _Standing(self, next(made) if self.during else None, cell)
 
@@ -148,7 +148,7 @@ def standstills_in(table: Mapping[str, Any], file: Path) -> list[Standstill]:
             if not isinstance(value, str):
                 raise InputError(f"{where}: {key} is not a text", file=file, line=line)
         if "within" not in one:
-            hint = 'write within = "2s", longer than anything that lasts'
+            hint = 'write within = "2s", longer than the longest movement'
             raise InputError(f"{where}: within is missing", file=file, line=line, hint=hint)
         try:
             within_us = parse_us(one["within"])

@@ -106,7 +106,7 @@ def injects(names: Sequence[str], controllers: int, hold_us: int) -> list[Inject
             shown = f"{event}@{one}" if controllers > 1 else event
             found.append(Inject(shown, event, one, held_us=held_us))
     if len({one.name for one in found}) < len(found):
-        raise InputError("--inject names something twice")
+        raise InputError("--inject has a name twice")
     return found
 
 

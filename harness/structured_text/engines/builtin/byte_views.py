@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeAlias
 
-from structured_text.engines.builtin.runtime import ProgramError
+from structured_text.engines.builtin.runtime import MemoryAccessError
 
 __all__ = [
     "NAMES",
@@ -24,6 +24,7 @@ __all__ = [
     "Layout",
     "Moment",
     "Number",
+    "Opaque",
     "Pointer",
     "Record",
     "Row",
@@ -184,12 +185,45 @@ class Pointer(_Scalar):
     size: int = 4
 
     def pack(self, value: Any) -> bytes:
-        """Raise ProgramError: a pointer has no readable bytes."""
-        raise ProgramError("a pointer cannot be accessed as bytes")
+        """Raise MemoryAccessError: a pointer has no readable bytes."""
+        raise MemoryAccessError("a pointer cannot be accessed as bytes")
 
     def unpack(self, data: bytes) -> Any:
-        """Raise ProgramError: bytes cannot become a pointer."""
-        raise ProgramError("bytes cannot be accessed as a pointer")
+        """Raise MemoryAccessError: bytes cannot become a pointer."""
+        raise MemoryAccessError("bytes cannot be accessed as a pointer")
+
+
+@dataclass(frozen=True)
+class Opaque:
+    """The layout of a block, an interface or a structure with them, whose bytes are not known.
+
+    A pointer to it can become a pointer to another type and back. `slots` are the variables that a
+    block or structure must have to be the target of such a pointer.
+    """
+
+    name: str
+    size: int
+    slots: tuple[str, ...]
+
+    def fits(self, value: Any) -> bool:
+        """Return whether a value has the variables of this type."""
+        return all(hasattr(value, slot) for slot in self.slots)
+
+    def read(self, value: Any, at: int, size: int) -> bytes:
+        """Raise MemoryAccessError: the bytes are not known."""
+        raise MemoryAccessError(f"{self.name} cannot be accessed as bytes")
+
+    def write(self, value: Any, at: int, data: bytes) -> Any:
+        """Raise MemoryAccessError: the bytes are not known."""
+        raise MemoryAccessError(f"{self.name} cannot be accessed as bytes")
+
+    def look(self, memory: ByteRange, at: int) -> Any:
+        """Raise MemoryAccessError: these bytes are not such a variable."""
+        raise MemoryAccessError(f"bytes cannot be accessed as {self.name}")
+
+    def store(self, memory: ByteRange, at: int, value: Any) -> None:
+        """Raise MemoryAccessError: these bytes are not such a variable."""
+        raise MemoryAccessError(f"bytes cannot be accessed as {self.name}")
 
 
 class _Composite:
@@ -288,9 +322,10 @@ class Record(_Composite):
 
 #: The names that generated code can use, besides `Union`.
 NAMES: dict[str, Any] = {
-    one.__name__: one for one in (Number, Bit, Moment, Text, Character, Pointer, Row, Record)
+    one.__name__: one
+    for one in (Number, Bit, Moment, Text, Character, Pointer, Opaque, Row, Record)
 }
-Layout: TypeAlias = Number | Bit | Moment | Text | Character | Pointer | Row | Record
+Layout: TypeAlias = Number | Bit | Moment | Text | Character | Pointer | Opaque | Row | Record
 
 
 # --- views ------------------------------------------------------------------------------------
@@ -424,7 +459,7 @@ class View:
 
 def _check(at: int, size: int, most: int) -> None:
     if at < 0 or at + size > most:
-        raise ProgramError(
+        raise MemoryAccessError(
             f"a pointer leads to byte {at + 1} of {most}: outside the variable it was made from"
             if size == 1
             else f"a pointer leads to bytes {at + 1} to {at + size} of {most}:"

@@ -103,6 +103,7 @@ class Plan:
     size: int = 0
     run: dict[int, int] = field(default_factory=dict)
     first: dict[int, int] = field(default_factory=dict)
+    guarded: int = 0
     empty: dict[int, int] = field(default_factory=dict)
     blank: dict[int, list[int]] = field(default_factory=dict)
     decisions: list[Decision] = field(default_factory=list)
@@ -138,7 +139,8 @@ class Plan:
                 run = self.first[id(statement)] = self._count()
             self.run[id(statement)] = run
             self._parts(statement)
-            if isinstance(statement, (t.If, t.Case, t.For, t.While, t.Repeat)):
+            branches = isinstance(statement, (t.If, t.Case, t.For, t.While, t.Repeat, t.Try))
+            if branches or self.guarded:
                 run = None
 
     def _parts(self, node: t.Statement) -> None:
@@ -156,6 +158,14 @@ class Plan:
         elif isinstance(node, t.While):
             self._decision(node.condition, line)
             self._body(node, node.body)
+        elif isinstance(node, t.Try):
+            self.guarded += 1  # each statement has its own counter, because any may be the last
+            self._statements(node.body)
+            self.guarded -= 1
+            if node.code is not None:
+                self._expression(node.code, line)
+            self._statements(node.handler)
+            self._statements(node.last)
         elif isinstance(node, t.Repeat):
             self._statements(node.body)
             self._decision(node.condition, line)

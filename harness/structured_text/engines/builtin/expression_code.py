@@ -113,7 +113,7 @@ class ExpressionCode:
             symbol = self._project.pous[of.name.upper()].symbols.get(key)
             if symbol is not None and symbol.address is not None:
                 return self.symbol(symbol)
-        return f"{self.variable(node.base)}.{key}"
+        return f"{self.variable(node.base)}.{slot_name(node.name)}"
 
     def is_shared(self, name: str) -> bool:
         """Return whether a function uses globals, the time, or another function that does."""

@@ -68,7 +68,8 @@ def linking(project: Project) -> list[str]:
 class _Starts:
     """The writer of `start`, and of `start_X(s)` for each block that has start actions.
 
-    `start` begins with the blocks among the globals and continues with the program instances. For
+    `start` begins with the blocks among the globals, then come the initial values of the lists of
+    globals, then the program instances. For
     each block, the instances inside it start first. Then its own start methods run, those of a base
     block before those of a derived block. Last are its `INIT` methods, unless `INIT` needs
     arguments from a declaration.
@@ -90,8 +91,13 @@ class _Starts:
             if self._is_needed(block.name.upper()) and not self._is_shared(block)
         ]
         shared = list(self._inside(self._project.global_symbols.values(), "g"))
-        if roots or shared:
-            result += ["def start(g, roots):", *shared, *roots]
+        lists = [
+            f"    f_{slot_name(pou.name)}(g)"
+            for pou in self._project.pous.values()
+            if START in pou.words
+        ]
+        if roots or shared or lists:
+            result += ["def start(g, roots):", *shared, *lists, *roots]
         return result
 
     def heap_lines(self) -> Iterator[str]:

@@ -179,7 +179,7 @@ class Pointing:
         return f"({', '.join(parts)})[-1]"
 
     def _layout(self, kind: Type) -> str:
-        """Return the layout of a pointer's target; "None" if the target has no bytes."""
+        """Return the layout of a pointer's target."""
         assert isinstance(kind, ReferenceType)
         assert kind.target is not None
         return self.storage.layout(kind.target)

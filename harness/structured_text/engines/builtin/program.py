@@ -15,7 +15,7 @@ from structured_text.engines.builtin.collector import Collector
 from structured_text.engines.builtin.module import Module, module_of
 from structured_text.engines.builtin.objects import holds_pointers
 from structured_text.engines.builtin.references import Holders
-from structured_text.engines.builtin.runtime import ProgramError
+from structured_text.engines.builtin.runtime import FAULTS, ProgramError
 from structured_text.engines.builtin.storage import address_slot, is_scalar
 from structured_text.errors import InputError
 from structured_text.language.paths import Resolved, Step, resolve
@@ -33,8 +33,6 @@ from structured_text.language.types import (
 from structured_text.language.values import describe, from_python, nest, scalar_to_python
 
 __all__ = ["BuiltinProgram"]
-
-_FAULTS = (ArithmeticError, ValueError, ProgramError, RecursionError)
 
 _NO_STORAGE = ("VAR_IN_OUT", "VAR_EXTERNAL")
 #: Types with equal values in memory and in the result of `read`.
@@ -166,7 +164,7 @@ class BuiltinProgram(OfProject):
             for every, body, instance in self._runs:
                 if scans % every == 0:
                     body(instance)
-        except _FAULTS as error:
+        except FAULTS as error:
             raise self._fault(error) from None
 
     def _fault(self, error: Exception) -> InputError:
@@ -178,7 +176,7 @@ class BuiltinProgram(OfProject):
         self._globals.now = 0
         try:
             start()
-        except _FAULTS as error:
+        except FAULTS as error:
             raise self._fault(error) from None
 
     # --- variables by path ---
@@ -412,7 +410,7 @@ class BuiltinProgram(OfProject):
     def _guarded(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
         try:
             return function(*arguments)
-        except _FAULTS as error:
+        except FAULTS as error:
             raise self._fault(error) from None
         except InputError as error:  # of an answer, see `answering`
             if error.file is not None:

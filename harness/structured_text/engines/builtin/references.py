@@ -17,12 +17,13 @@ from structured_text.engines.builtin.byte_views import (
     Held,
     Layout,
     Number,
+    Opaque,
     Row,
     Union,
     View,
 )
 from structured_text.engines.builtin.heap import kinds_of
-from structured_text.engines.builtin.runtime import ProgramError
+from structured_text.engines.builtin.runtime import MemoryAccessError, ProgramError
 from structured_text.engines.builtin.storage import is_scalar, slot_name, stored
 from structured_text.language.project import Project
 from structured_text.language.types import ArrayType, BlockType, StructType, Type
@@ -44,7 +45,9 @@ class _Movable:
         """Return the pointer moved by some bytes."""
         count, rest = divmod(offset, size)
         if rest:
-            raise ProgramError(f"a pointer is moved by {offset} bytes; its elements have {size}")
+            raise MemoryAccessError(
+                f"a pointer is moved by {offset} bytes; its elements have {size}"
+            )
         return self.at(count)
 
 
@@ -68,7 +71,7 @@ class Slot(_Movable):
     def at(self, offset: int) -> Slot:
         """Return the pointer moved by some elements."""
         if offset:
-            raise ProgramError(f"a pointer to {self.key} leads {offset} elements beyond it")
+            raise MemoryAccessError(f"a pointer to {self.key} leads {offset} elements beyond it")
         return self
 
 
@@ -83,7 +86,7 @@ class Item(_Movable):
     def _inside(self) -> int:
         if 0 <= self.key < len(self.holder):
             return self.key
-        raise ProgramError(
+        raise MemoryAccessError(
             f"a pointer leads to element {self.key + 1} of an array of {len(self.holder)}"
         )
 
@@ -112,7 +115,7 @@ class Whole(_Movable):
     def at(self, offset: int) -> Whole:
         """Return the pointer moved by some elements."""
         if offset:
-            raise ProgramError(f"a pointer leads {offset} elements beyond its variable")
+            raise MemoryAccessError(f"a pointer leads {offset} elements beyond its variable")
         return self
 
 
@@ -122,7 +125,7 @@ class _Null:
     __slots__ = ()
 
     def _refuse(self, *_: Any) -> NoReturn:
-        raise ProgramError("the pointer is 0 (NULL), or the reference refers to nothing")
+        raise MemoryAccessError("the pointer is 0 (NULL), or the reference refers to nothing")
 
     V = property(_refuse, _refuse)
     at = moved = _refuse
@@ -139,7 +142,7 @@ class _NoBlock:
     def __getattr__(self, name: str) -> NoReturn:
         if name.startswith("__"):
             raise AttributeError(name)
-        raise ProgramError("no block has been assigned to this variable of an interface")
+        raise MemoryAccessError("no block has been assigned to this variable of an interface")
 
     def __reduce__(self) -> str:
         return "_NO_BLOCK"
@@ -193,7 +196,7 @@ def _delete(shared: Any, pointer: Any) -> None:
         pointer = pointer.memory.pointer  # the pointer was recast: use its original type
     held = getattr(pointer, "V" if isinstance(pointer, Whole) else "holder", None)
     if id(held) not in shared.heap:
-        raise ProgramError("__DELETE needs a pointer to a variable that __NEW has made")
+        raise MemoryAccessError("__DELETE needs a pointer to a variable that __NEW has made")
     for leave in getattr(type(held), "exits", ()):
         leave(held, *[False] * (leave.__code__.co_argcount - 1))
     shared.heap.drop(held)
@@ -238,11 +241,63 @@ def _recast(pointer: Any, own: Layout, other: Layout) -> Any:
     memory = view.memory
     if isinstance(memory, Held):
         whole, rest = memory.layout, view.at_ % other.size
+        if (
+            isinstance(other, Opaque)
+            and isinstance(whole, Opaque)
+            and not view.at_
+            and other.fits(memory.pointer.V)
+        ):
+            return memory.pointer
         if isinstance(whole, Row) and whole.element == other and not rest:
             return Item(memory.pointer.V, view.at_ // other.size)  # the original type again
         if whole == other and not view.at_:
             return memory.pointer
     return View(memory, view.at_, other)
+
+
+def _address(pointer: Any) -> int:
+    """Return the number of a pointer: 0 for NULL; raise MemoryAccessError for any other."""
+    if pointer is _NULL:
+        return 0
+    raise MemoryAccessError(
+        "the address of a variable has no number here, because it differs from run to run"
+    )
+
+
+_BYTE = Number("<B", 1)
+
+
+def _bytes_at(pointer: Any) -> View | None:
+    """Return a pointer to BYTE as a view; None if it is 0 (NULL)."""
+    return None if pointer is _NULL else _viewed(pointer, _BYTE)
+
+
+def _memmove(to: Any, of: Any, count: int) -> int:
+    """Copy bytes, and return their number; 0 if an address or the number is 0."""
+    target, source = _bytes_at(to), _bytes_at(of)
+    if target is None or source is None or count <= 0:
+        return 0
+    target.memory.write(target.at_, source.memory.read(source.at_, count))
+    return count
+
+
+def _memset(to: Any, byte: int, count: int) -> int:
+    """Set bytes, and return their number; 0 if the address or the number is 0."""
+    target = _bytes_at(to)
+    if target is None or count <= 0:
+        return 0
+    target.memory.write(target.at_, bytes((byte & 0xFF,)) * count)
+    return count
+
+
+def _memcmp(one: Any, other: Any, count: int) -> int:
+    """Compare bytes: -1, 0 or 1; 16#FF if an address or the number is 0."""
+    first, second = _bytes_at(one), _bytes_at(other)
+    if first is None or second is None or count <= 0:
+        return 0xFF
+    left = first.memory.read(first.at_, count)
+    right = second.memory.read(second.at_, count)
+    return (left > right) - (left < right)
 
 
 def _order(one: Any, other: Any, layout: Layout) -> int:
@@ -297,6 +352,11 @@ NAMES: dict[str, Any] = {
     "null": _NULL,
     "no_block": _NO_BLOCK,
     "same": _same,
+    "address": _address,
+    "memcpy": _memmove,
+    "memmove": _memmove,
+    "memset": _memset,
+    "memcmp": _memcmp,
     "asked": _asked,
     "heap_new": _new,
     "heap_row": _new_row,

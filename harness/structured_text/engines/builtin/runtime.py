@@ -17,8 +17,9 @@ from structured_text.language.scalars import (
     LiteralError,
     typed_literal,
 )
+from structured_text.language.system import EXCEPTION_CODES
 
-__all__ = ["FUSE", "NAMES", "ProgramError"]
+__all__ = ["FAULTS", "FUSE", "NAMES", "MemoryAccessError", "ProgramError"]
 
 #: After this many rounds a loop counts as endless: no PLC runs them in one scan.
 FUSE = range(1_000_000)
@@ -27,17 +28,66 @@ _SECOND = 1_000_000_000
 
 
 class ProgramError(Exception):
-    """An error of the user's program that occurs at run time."""
+    """An error of the user's program that occurs at run time.
+
+    `code` is its number in __SYSTEM.ExceptionCode.
+    """
+
+    code = EXCEPTION_CODES["UNKNOWN"]
+
+
+class MemoryAccessError(ProgramError):
+    """An access through a pointer, reference or interface that does not lead there."""
+
+    code = EXCEPTION_CODES["ACCESS_VIOLATION"]
+
+
+class _BoundsError(ProgramError):
+    """An index outside an array."""
+
+    code = EXCEPTION_CODES["ARRAYBOUNDS"]
+
+
+class _EndlessError(ProgramError):
+    """A loop without an end, which no `__TRY` of a controller catches."""
+
+
+#: The errors of a program, which the generated code catches in `__TRY`.
+FAULTS = (ArithmeticError, ValueError, ProgramError, RecursionError)
+
+
+def _caught(error: Exception) -> int:
+    """Return the number of an error for the variable of `__CATCH`; raise those it cannot catch."""
+    if isinstance(error, (_EndlessError, RecursionError)):
+        raise error
+    if isinstance(error, ProgramError):
+        return error.code
+    if isinstance(error, ZeroDivisionError):
+        real = str(error).startswith("float")
+        return EXCEPTION_CODES["FPU_DIVIDEBYZERO" if real else "DIVIDEBYZERO"]
+    return EXCEPTION_CODES[
+        "FPU_OVERFLOW" if isinstance(error, OverflowError) else "FPU_INVALID_OPERATION"
+    ]
+
+
+def _f_raiseexception(code: int) -> NoReturn:
+    error = ProgramError(f"the program raises exception 16#{code:X}, and no __TRY catches it")
+    error.code = code
+    raise error
+
+
+def _member_text(names: dict[int, str], value: int) -> str:
+    return names.get(value, str(value))
 
 
 def _endless() -> NoReturn:
-    raise ProgramError(f"this loop has not ended after {len(FUSE)} rounds")
+    raise _EndlessError(f"this loop has not ended after {len(FUSE)} rounds")
 
 
 def _inside(index: int, low: int, high: int) -> int:
     if low <= index <= high:
         return index
-    raise ProgramError(f"index {index} is outside {low}..{high}")
+    raise _BoundsError(f"index {index} is outside {low}..{high}")
 
 
 def _started(block: Any, values: tuple[tuple[str, Any], ...]) -> Any:
@@ -444,6 +494,7 @@ NAMES: dict[str, Any] = {
         for name, one in list(globals().items())
         if name.startswith("_") and isinstance(one, FunctionType)
     },
+    "FAULTS": FAULTS,
     "FUSE": FUSE,
     "Open": _Open,
     "c_float": c_float,

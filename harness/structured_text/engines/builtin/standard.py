@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from structured_text.language import tree as t
 from structured_text.language.dialects import Dialect
+from structured_text.language.memory import NAMES as MEMORY_FUNCTIONS
 from structured_text.language.scalars import (
     ANY_BIT,
     ANY_CHARS,
@@ -19,7 +20,7 @@ from structured_text.language.scalars import (
     WIDTH,
     string_length,
 )
-from structured_text.language.types import ElementaryType, Type, type_name
+from structured_text.language.types import ElementaryType, EnumType, Type, type_name
 
 __all__ = ["JOINS", "Value", "of_type", "settle", "standard_call"]
 
@@ -87,6 +88,12 @@ def standard_call(node: t.Standard, arguments: list[str], rules: Dialect) -> Val
     if name in ("LOWER_BOUND", "UPPER_BOUND"):
         array, dimension = arguments
         return of_type(f"{array}.bound({dimension}, {int(name == 'UPPER_BOUND')})", kind)
+    if name in MEMORY_FUNCTIONS:
+        return of_type(f"{name.lower()}({', '.join(arguments)})", kind)
+    if name == "ADDRESS":
+        return of_type(f"address({arguments[0]})", kind)
+    if name == "MEMBER_TO_STRING":
+        return Value(_member(node, arguments[0]))
     if "_TO_" in name:
         return _conversion(node, arguments[0], rules)
     if name in ("TO_BCD", "FROM_BCD"):
@@ -129,6 +136,14 @@ def standard_call(node: t.Standard, arguments: list[str], rules: Dialect) -> Val
         # The engine's functions cut at the length of a plain STRING by default.
         arguments = [*arguments, f"most={kind.length}"]
     return of_type(f"{name.lower()}({', '.join(arguments)})", kind)
+
+
+def _member(node: t.Standard, argument: str) -> str:
+    """Return the code of the text of an enumeration's value: a member's name, or its number."""
+    kind = node.arguments[0].type
+    assert isinstance(kind, EnumType)
+    texts = dict(zip(kind.values or range(len(kind.members)), kind.members, strict=True))
+    return f"member_text({texts!r}, {argument})"
 
 
 def _longest(node: t.Standard) -> int:

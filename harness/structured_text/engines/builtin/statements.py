@@ -19,7 +19,7 @@ from structured_text.language.project import Project
 from structured_text.language.scalars import INT_RANGE
 from structured_text.language.standard import BLOCKS
 from structured_text.language.types import ArrayType, type_name
-from structured_text.language.walk import bodies
+from structured_text.language.walk import bodies, statements
 
 __all__ = ["Branches", "Writer"]
 
@@ -56,6 +56,7 @@ class Writer:
         self._prelude = 0
         self._depth = 1
         self._temporaries = 0
+        self._tries = 0
 
     def write(self) -> None:
         """Write the whole function."""
@@ -94,9 +95,11 @@ class Writer:
             if in_cell(symbol) and self._code.is_local(symbol):
                 self._emit(f"{symbol.name.upper()} = [{symbol.name.upper()}]")
         self._share()
+        if any(isinstance(one, t.Try) for one in statements(pou.body)):
+            self._emit("r_ = False")
         self._prelude = len(self.lines)
         self._statements(pou.body)
-        self._emit(self._return())
+        self._leave_pou()
 
     def _share(self) -> None:
         """Store in the instance the VAR_IN_OUT that methods of the block use."""
@@ -188,6 +191,8 @@ class Writer:
             self._while(node)
         elif isinstance(node, t.Repeat):
             self._repeat(node)
+        elif isinstance(node, t.Try):
+            self._try(node)
         elif isinstance(node, s.Exit):
             self._emit("break")
         elif isinstance(node, s.Continue):
@@ -195,7 +200,43 @@ class Writer:
         elif isinstance(node, t.Evaluate):
             self._emit(self._code.exact(node.value))
         else:
-            self._emit(self._return())
+            if self._tries:
+                self._emit("r_ = True")
+            self._leave_pou()
+
+    def _leave_pou(self) -> None:
+        """Write the end of a call; the block holds a VAR_IN_OUT that is read outside of it."""
+        for symbol in self._pou.section("VAR_IN_OUT") if self._pou.block is not None else ():
+            held = self._pou.symbols.get(f"{symbol.name}.{t.AFTER_CALL}".upper())
+            if held is not None:
+                self._emit(f"s.{slot_name(held.name)} = {self._code.symbol(symbol)}")
+        self._emit(self._return())
+
+    def _try(self, node: t.Try) -> None:
+        """Write a `__TRY` as a `try` of Python, whose order is that of CODESYS."""
+        self._tries += 1
+        self._emit("try:")
+        self._inside(node.body)
+        self._emit("except FAULTS as x_:")
+        self._depth += 1
+        target = "x_" if node.code is None else self._code.variable(node.code)
+        self._emit(f"{target} = caught(x_)")
+        self._statements(node.handler)
+        self._depth -= 1
+        self._tries -= 1
+        if node.last:
+            self._emit("finally:")
+            self._inside(node.last)
+            # A RETURN inside has read the result before these statements may have changed it.
+            self._emit(f"    if r_: {self._return()}")
+
+    def _inside(self, statements: tuple[t.Statement, ...]) -> None:
+        """Write the statements of a part of a `__TRY`."""
+        self._depth += 1
+        self._statements(statements)
+        if not statements:
+            self._emit("pass")
+        self._depth -= 1
 
     def _if(self, node: t.If) -> None:
         branches = [(self._code.exact(condition), body) for condition, body in node.branches]
@@ -381,7 +422,7 @@ def _continues(body: tuple[t.Statement, ...]) -> bool:
     for one in body:
         if isinstance(one, s.Continue):
             return True
-        if isinstance(one, (t.If, t.Case)) and any(map(_continues, bodies(one))):
+        if isinstance(one, (t.If, t.Case, t.Try)) and any(map(_continues, bodies(one))):
             return True
     return False
 

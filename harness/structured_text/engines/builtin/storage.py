@@ -12,7 +12,7 @@ from typing import Any
 
 from structured_text.engines.builtin.blocks import CLASSES
 from structured_text.language.scalars import ANY_STRING, MOMENTS, SIGNED, WIDTH
-from structured_text.language.sizes import bits_of, places_of, size_of
+from structured_text.language.sizes import bits_of, block_size, places_of, size_of
 from structured_text.language.tree import Pou, Symbol
 from structured_text.language.types import (
     ArrayType,
@@ -24,7 +24,7 @@ from structured_text.language.types import (
     StructType,
     Type,
 )
-from structured_text.language.values import array_length
+from structured_text.language.values import array_length, describe
 
 __all__ = [
     "Storage",
@@ -90,9 +90,7 @@ class Storage:
         self._layouts: dict[str, str] = {}
 
     def layout(self, kind: Type) -> str:
-        """Return the name of the layout of a type; "None" if the type has no bytes of its own."""
-        if size_of(kind) is None:
-            return "None"
+        """Return the name of the layout of a type."""
         code = _layout_of(kind)
         if code not in self._layouts:
             self._layouts[code] = name = f"y{len(self._layouts)}"
@@ -303,6 +301,8 @@ _UNITS = {"TIME": 1_000_000, "TOD": 1_000_000, "DATE": 1_000_000_000, "DT": 1_00
 
 def _layout_of(kind: Type) -> str:
     """Return the code that makes the layout of a type; the type must have a size (`size_of`)."""
+    if size_of(kind) is None:
+        return _opaque(kind)
     if isinstance(kind, EnumType):
         return _layout_of(ElementaryType(kind.base))
     if isinstance(kind, ElementaryType):
@@ -317,6 +317,16 @@ def _layout_of(kind: Type) -> str:
         )
         return f"Record(({fields}), {size_of(kind)}, {kind.union})"
     return "Pointer()"
+
+
+def _opaque(kind: Type) -> str:
+    slots: list[str] = []
+    if isinstance(kind, BlockType):
+        none = ("VAR_IN_OUT", "VAR_EXTERNAL")
+        slots = [one.name.upper() for one in kind.variables if one.section not in none]
+    elif isinstance(kind, StructType):
+        slots = [name.upper() for name, _ in kind.fields]
+    return f"Opaque({describe(kind)!r}, {block_size(kind) or 4}, {tuple(slots)!r})"
 
 
 def _scalar(kind: ElementaryType) -> str:

@@ -34,6 +34,7 @@ __all__ = [
     "Return",
     "Statement",
     "This",
+    "Try",
     "TypeName",
     "Unary",
     "Variable",
@@ -305,6 +306,20 @@ class Repeat:
 
 
 @dataclass(frozen=True)
+class Try:
+    """A `__TRY` with the handler of its exceptions; `code` is the variable of `__CATCH(code)`.
+
+    `last` are the statements of `__FINALLY`.
+    """
+
+    body: tuple[Statement, ...]
+    code: Variable | None
+    handler: tuple[Statement, ...]
+    last: tuple[Statement, ...]
+    at: Position
+
+
+@dataclass(frozen=True)
 class Exit:
     """An EXIT statement."""
 
@@ -335,6 +350,7 @@ Statement = (
     | For
     | While
     | Repeat
+    | Try
     | Exit
     | Return
     | Continue

@@ -247,7 +247,8 @@ class GlobalList:
 class Pou:
     """A function, function block or program; `kind` is its upper-case opening word.
 
-    `words` are the access words of a block in upper case, `members` its methods and properties.
+    `words` are the access words of a block in upper case, `members` its methods and properties,
+    `generics` the values of the generic constants of the block that it extends.
     """
 
     kind: str
@@ -260,6 +261,7 @@ class Pou:
     extends: Name | None = None
     implements: tuple[Name, ...] = ()
     members: tuple[Method | Property, ...] = ()
+    generics: tuple[Expression, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -46,7 +46,7 @@ class Mentions:
         self._called: set[str] = set()
         self._functions: set[str] = set()
         self._asked: set[str] = set()
-        self._members: dict[str, set[str]] = {}
+        self._members: dict[str, dict[str, str]] = {}
         self._initial: dict[str, str] = {}
         self._started: dict[str, list[tuple[s.Argument, ...]]] = {}
         self._values: dict[str, list[tuple[s.Name, str]]] = {}
@@ -59,13 +59,13 @@ class Mentions:
         if isinstance(node, s.VarDecl):
             if isinstance(node.initial, s.Field):
                 wanted = next((one.text for one in _named(node.spec)), "")
-                found = self._values.setdefault(_last(node.initial.base), [])
-                found.append((node.initial.name, wanted))
+                values = self._values.setdefault(_last(node.initial.base), [])
+                values.append((node.initial.name, wanted))
             for kind in _named(node.spec):
                 key = kind.key.rpartition(".")[2]
                 self._types.setdefault(key, set()).update(one.key for one in node.names)
-                if isinstance(node.initial, s.StructInit):
-                    self._fields.setdefault(key, []).extend(node.initial.fields)
+                for value in _structures(node.initial):
+                    self._fields.setdefault(key, []).extend(value.fields)
                 if isinstance(node.initial, s.Literal):
                     self._initial.setdefault(key, _TYPE_OF_LITERAL.get(node.initial.kind, ""))
         elif isinstance(node, s.NamedSpec) and node.arguments:
@@ -86,7 +86,8 @@ class Mentions:
         elif isinstance(node, s.Call):
             self._functions.add(node.function.key)
         elif isinstance(node, s.Field):
-            self._members.setdefault(_last(node.base), set()).add(node.name.key)
+            found = self._members.setdefault(_last(node.base), {})
+            found.setdefault(node.name.key, node.name.text)
         if isinstance(node, s.Pou):
             self._interfaces.update(one.key.rpartition(".")[2] for one in node.implements)
 
@@ -103,6 +104,9 @@ class Mentions:
             pin = stub.input(field.text) if stub.kind == BLOCK else stub.output(field.text)
             if isinstance(value, s.Literal):
                 pin.note(_TYPE_OF_LITERAL.get(value.kind, ""), given=True)
+        if stub.kind == ENUM:
+            for member in self._members.get(name.upper(), {}).values():
+                stub.output(member)
         if stub.kind == BLOCK:
             self._start(stub)
         return stub
@@ -168,6 +172,15 @@ class Mentions:
     def space_stub(self, name: str) -> Stub:
         """Return the stub of a namespace."""
         return Stub(name, NAMESPACE)
+
+
+def _structures(value: object) -> Iterator[s.StructInit]:
+    """Yield the initial values of a structure, or of the elements of an array of structures."""
+    if isinstance(value, s.StructInit):
+        yield value
+    elif isinstance(value, s.ArrayInit):
+        for _, item in value.items:
+            yield from _structures(item)
 
 
 def _named(spec: s.TypeSpec) -> Iterator[s.Name]:

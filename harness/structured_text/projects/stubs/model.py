@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
-from structured_text.language.scalars import ANY_BIT, ANY_INT, ANY_REAL
+from structured_text.language.scalars import ANY_BIT, ANY_INT, ANY_REAL, WIDTH
 from structured_text.language.types import (
     ArrayType,
     ElementaryType,
@@ -33,15 +33,10 @@ BLOCK, FUNCTION, STRUCT, ENUM = "FUNCTION_BLOCK", "FUNCTION", "STRUCT", "ENUM"
 INTERFACE, ALIAS, LIST, NAMESPACE = "INTERFACE", "ALIAS", "LIST", "NAMESPACE"
 CONSTANT = "CONSTANT"
 #: Numeric types from the narrowest to the widest, as far as one holds the values of another.
-_INTEGERS = ("SINT", "USINT", "INT", "UINT", "DINT", "UDINT", "LINT", "ULINT")
-_BITS = ("BOOL", "BYTE", "WORD", "DWORD", "LWORD")
-_NUMBERS = (
-    *("SINT", "USINT", "BYTE", "INT", "UINT", "WORD", "DINT", "UDINT", "DWORD"),
-    *("LINT", "ULINT", "LWORD"),
-)
+_INTEGERS = tuple(sorted(ANY_INT, key=WIDTH.__getitem__))
+_NUMBERS = tuple(sorted((*ANY_INT, *ANY_BIT[1:]), key=WIDTH.__getitem__))
 #: The key of an argument without a name.
 _POSITION = re.compile(r"P(\d+)")
-_REALS = ("REAL", "LREAL")
 #: Types by the prefix of a name, as TwinCAT and CODESYS users write it, if no use shows a type.
 _BY_NAME = (
     ("by", "BYTE"),
@@ -123,13 +118,13 @@ class Pin:
     def _common(self) -> str:
         """Return the type that all values have or convert to; empty if there is none."""
         known = self.given or self.wanted
-        for order in (_INTEGERS, _BITS, _NUMBERS, _REALS):
+        for order in (_INTEGERS, ANY_BIT, _NUMBERS, ANY_REAL):
             if known and all(kind in order for kind in known):
                 ranked = sorted(known, key=order.index)
                 return ranked[-1] if self.given else ranked[0]
         numbers = (*ANY_INT, *ANY_REAL, *ANY_BIT)
-        if known and all(kind in numbers for kind in known) and any(k in _REALS for k in known):
-            return "LREAL" if self.given else next(k for k in known if k in _REALS)
+        if known and all(kind in numbers for kind in known) and any(k in ANY_REAL for k in known):
+            return "LREAL" if self.given else next(k for k in known if k in ANY_REAL)
         if known and all(kind.startswith("POINTER TO ") for kind in known):
             certain = [kind for kind in known if kind != "POINTER TO BYTE"]
             return certain[0] if len(certain) == 1 else "POINTER TO BYTE"
@@ -224,7 +219,7 @@ class Stub:
             yield f"TYPE {self.name} : {self.base or self.result.type or _UNKNOWN}; END_TYPE"
         elif self.kind == CONSTANT:
             kind = self.result.type
-            value = f" := {self.number}" if kind in (*_NUMBERS, *_REALS) else ""
+            value = f" := {self.number}" if kind in (*_NUMBERS, *ANY_REAL) else ""
             yield from ("VAR_GLOBAL CONSTANT", f"  {self.name} : {kind}{value};", "END_VAR")
         elif self.kind == STRUCT:
             yield f"TYPE {self.name} : STRUCT"

@@ -77,12 +77,10 @@ _STATEMENTS = [
     ("# text", 3, 1, "the character '#' has no meaning here",
      "write a comment as // text or (* text *)"),
     # Exceptions.
-    ("__TRY\n I := 1;\n__CATCH(I)\n I := 2;\n__ENDTRY", 3, 1,
-     "__TRY is not supported: nothing raises an exception that a program could catch",
-     "leave out __TRY, __CATCH and __ENDTRY, and test values before they are used"),
-    ("__TRY\n I := 1;\n__FINALLY\n I := 2;\n__ENDTRY;\n__TRY I := 3; __CATCH(I) __ENDTRY", 3, 1,
-     "__TRY is not supported (2 places): nothing raises an exception that a program could catch",
-     "leave out __TRY, __CATCH and __ENDTRY, and test values before they are used"),
+    ("__TRY\n I := 1;\n__FINALLY\n I := 2;\n__ENDTRY", 3, 1, "__TRY has no __CATCH",
+     "write __CATCH before __FINALLY or __ENDTRY"),
+    ("__TRY\n I := 1;\n__CATCH(I)\n I := 2;\n__ENDTRY", 5, 9,
+     "__CATCH needs a variable of __SYSTEM.ExceptionCode, not INT", ""),
     # Jumps.
     ("".join(f"l{number}: I := 1;\n" for number in range(123)), 3, 1,
      "labels and jumps are not supported (123 labels in this file)", "use IF, or a loop with EXIT"),
