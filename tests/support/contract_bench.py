@@ -150,7 +150,7 @@ class ContractBench:
         self._prepare()
 
     def _prepare(self) -> None:
-        """Power up: SI(00) and SI(06) ON and settled, unless the block begins with a held input."""
+        """Power up until SI(00) and SI(06) are ON and settled, except an input that is held OFF."""
         self._put("Main.Block.Timeout", f"T#{TIMEOUT_SCANS * SCAN_US // 1000}ms")
         if self.block in SCENARIOS:
             for name, value in SCENARIOS[self.block].inputs.items():

@@ -46,7 +46,7 @@ class Library:
     Attributes:
         edge: Blocks with Robot, Execute, Done, Busy and Error.
         level: Blocks with Robot and Enable.
-        pins: Inputs and outputs of each of them.
+        pins: Inputs and outputs of each of these blocks.
         shared: The VAR_IN_OUT variables of blocks besides Robot and the program's areas: type by
         name.
         areas: The arguments for blocks that take the areas of the program, too.

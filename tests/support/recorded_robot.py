@@ -1,4 +1,4 @@
-"""A controller that is exercised in everything that robot file keys decide, with its answers.
+"""Record a controller while a master tries everything that the keys of a robot file decide.
 
 The master is that of robot_master. Every cycle is recorded, together with the actions of a person
 at the cell.
