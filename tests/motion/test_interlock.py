@@ -100,7 +100,7 @@ def _table(*wanting: int, engine: str = "auto") -> Table:
 
 @pytest.mark.parametrize("engine", ["auto", "builtin"])
 def test_first_come_first_served(engine: str) -> None:
-    """Source: this library's own."""
+    """Source: a rule of this library."""
     table = _table(engine=engine)
     table.want(3, 1, 2)
     assert table.shown == "B B V*"
@@ -214,7 +214,7 @@ def test_a_robot_inside_comes_before_those_that_wait() -> None:
     ],
 )
 def test_a_robot_lost_in_the_area_holds_it_until_acknowledge(signal: str, number: int) -> None:
-    """Source: this library's own; link loss: manual chapter 1, 5.2."""
+    """Source: a rule of this library; link loss: manual chapter 1, 5.2."""
     table = _table(1, 2)
     table[f"Robot1.{signal}"] = False
     assert table.scan() == "E* B -"

@@ -82,7 +82,7 @@ def test_x_counts_first_then_y_then_z(engine: str) -> None:
 
 
 def test_a_new_pallet_begins_anew_at_any_time() -> None:
-    """Next may rise in the same scan as NewPallet. Source: this library's own."""
+    """Next may rise in the same scan as NewPallet. Source: a rule of this library."""
     pallet = _Pallet((2, 2, 1))
     pallet.press("Next")
     pallet.press("Next")
@@ -98,7 +98,7 @@ def test_a_new_pallet_begins_anew_at_any_time() -> None:
 def test_a_place_beyond_the_pallet_is_an_error(kept: int) -> None:
     """Changing the program can cause such a position. Only NewPallet ends the error.
 
-    Source: this library's own.
+    Source: a rule of this library.
     """
     pallet = _Pallet((3, 2, 1))
     pallet.place = kept
