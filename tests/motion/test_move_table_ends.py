@@ -433,7 +433,7 @@ def test_after_a_refused_start_a_relative_row_stays_doubtful(
 
 
 def test_a_row_that_does_not_depend_on_the_interrupted_one_may_begin() -> None:
-    """The target of such a row does not depend on the position of the robot.
+    """Row 3 is absolute, so its target does not depend on the position of the robot.
 
     Source: guide 4.2.1, absolute movement.
     """

@@ -96,7 +96,7 @@ def test_a_new_pallet_begins_anew_at_any_time() -> None:
 
 @pytest.mark.parametrize("kept", [7, -1, 32767, -32768])
 def test_a_place_beyond_the_pallet_is_an_error(kept: int) -> None:
-    """Changing the program can cause such a position. Only NewPallet ends the error.
+    """A changed program may have a smaller pallet. Only NewPallet ends the error.
 
     Source: a rule of this library.
     """

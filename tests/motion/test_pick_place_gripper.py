@@ -258,7 +258,7 @@ def test_a_port_command_that_fails_ends_it_with_the_alarm(silent: str) -> None:
 @pytest.mark.parametrize("go", [False, True])
 @pytest.mark.parametrize("number", [-1, 8, 19, 21])
 def test_the_block_that_reads_inputs_refuses_an_illegal_bit(go: bool, number: int) -> None:
-    """FB_PickPlace refuses such a bit itself. This check is for other callers.
+    """FB_PickPlace refuses an illegal bit itself. This check is for other callers.
 
     Source: guide 4.5.1: bits are 0 to 7
     """
@@ -328,7 +328,7 @@ def test_an_answer_that_comes_after_asks_fell_is_ignored() -> None:
 @pytest.mark.parametrize("asks", [False, True])
 @pytest.mark.parametrize("number", [-1, 28, 39])
 def test_the_block_that_reads_outputs_refuses_an_illegal_bit(asks: bool, number: int) -> None:
-    """FB_PickPlace refuses such a bit itself. This check is for other callers.
+    """FB_PickPlace refuses an illegal bit itself. This check is for other callers.
 
     Source: guide 4.5.1: bits are 0 to 7
     """

@@ -423,7 +423,7 @@ def test_a_lost_controller_is_a_fault_whatever_the_work_does(cause: str, error_i
 
 
 def test_lost_servos_are_a_fault_at_once_where_no_command_is_out() -> None:
-    """The work waits for another robot in this case. Source: manual chapter 5, 3.1."""
+    """The work may wait for another robot, without a command. Source: manual chapter 5, 3.1."""
     plc = _running()
     plc["EmergencyStopOk"] = False
     plc.scan(20)

@@ -242,7 +242,7 @@ def test_at_the_end_the_cursor_is_at_row_1_again_in_the_scan_of_done(
 
 
 def test_a_comparison_names_every_row_that_differs(plc: PointsBench) -> None:
-    """A row is missing on one side, missing on the other side, or changed."""
+    """A row is missing in the record, missing in the controller, or different."""
     record(plc, missing=11)
     assert plc.run("Restore") == 0
     plc.stored[0x100, 11] = list(POINT_100)

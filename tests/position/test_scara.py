@@ -54,7 +54,8 @@ def test_both_arms_reach_the_same_place(engine: str, hand: str, sign: int) -> No
     """At x = 0 and the diagonal of a right angle, 285.044 mm, axis 2 is +-90 degrees.
 
     Axis 1 is -+atan(175 / 225) = 37.875 degrees. The elbow of the right arm is at the right. R is
-    90 = 90 - 37.875 + 90 - 52.125, and for the other arm 90 + 37.875 - 90 + 52.125.
+    90 degrees: for the right arm 90 - 37.875 + 90 - 52.125, for the left arm 90 + 37.875 - 90 +
+    52.125.
 
     Rule: robot-arm.
     """

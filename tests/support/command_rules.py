@@ -45,7 +45,7 @@ class RobotView:
 
 @dataclass
 class CommandRule:
-    """A block, whose pins are attributes.
+    """The model of a block. The pins are attributes.
 
     Attributes:
         refused: ErrorID for illegal inputs; 0 if the inputs are legal.

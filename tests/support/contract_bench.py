@@ -227,7 +227,7 @@ class ContractBench:
         """Run one case: the disturbed run, the recovery, then a normal run of the block.
 
         Raises:
-            CaseFailure: with the case and the last scans.
+            CaseFailure: the case failed; the message has the case and the last scans.
         """
         snapshot, self._now_us, self._si, monitor = self._start
         self.program.restore(snapshot)

@@ -323,7 +323,7 @@ class FaultCell:
         """Fail the case.
 
         Raises:
-            CaseFailure: always, with what happened last.
+            CaseFailure: always; the message has the last events.
         """
         lines = [
             f"    scan {scan}: {_signals(wire)}  {pins}"

@@ -42,7 +42,7 @@ class LevelView(RobotView):
 
 @dataclass
 class LevelRule:
-    """A level block, whose pins are attributes."""
+    """The model of a level block. The pins are attributes."""
 
     enable: bool = False
     timeout: int = 0

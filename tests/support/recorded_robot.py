@@ -1,7 +1,7 @@
 """Record a controller while a master tries everything that the keys of a robot file decide.
 
-The master is that of robot_master. Every cycle is recorded, together with the actions of a person
-at the cell.
+The master comes from the module robot_master. Every cycle is recorded, together with the actions of
+a person at the cell.
 """
 
 from __future__ import annotations
@@ -287,7 +287,7 @@ def _programs(master: RecordedMaster) -> None:
 
 
 def _person(master: RecordedMaster) -> None:
-    """Do what needs a person at the cell."""
+    """Simulate the actions of a person at the cell."""
     _up(master)
     master.pulse("SI12", 120)
     master.happen("manual_mode")

@@ -153,7 +153,7 @@ class Work:
 
 @dataclass
 class Rule:
-    """A sequence block, whose pins are attributes."""
+    """The model of a sequence block. The pins are attributes."""
 
     execute: bool = False
     timeout: int = 0

@@ -261,13 +261,13 @@ END_FUNCTION_BLOCK
 
 
 def test_functions_methods_and_properties_count_with_their_lines(run: Run) -> None:
-    """All are in one file. Parts that are not called are reported with their own lines."""
+    """One file has all of them. Parts that are not called are reported with their own lines."""
     body = "  Axis.MoveTo(Target := n);\n  n := Axis.Position;\n"
     result = run(body, "    Axis : FB_Axis;\n    n : INT;\n", {"n": 4}, before=_METHODS)
     assert sorted(result.pous) == [("FB_Axis", 6, 0), ("FB_Axis.MoveTo", 8, 1),
                                    ("FB_Axis.Position.Get", 17, 1), ("FB_Axis.Position.Set", 20, 0),
                                    ("F_Half", 1, 1), ("P", 26, 1)]  # fmt: skip
-    # The line of an IF with its statements is executed where all of these are.
+    # A line with an IF and its statements counts as executed if all of them were executed.
     assert missing(result) == "3, 11, 21, 24"
     assert sorted(gap.line for gap in gaps([result])) == [3, 10, 21, 24]
 
@@ -352,7 +352,7 @@ _DTD = {"coverage": (["sources", "packages"], {"lines-covered", "lines-valid", "
 
 @pytest.fixture
 def result(run: Run) -> FileResult:
-    """Return a result of 9 lines with statements, of which 5 are executed completely."""
+    """Return a result of 11 lines with statements, of which 7 are executed completely."""
     body = "  Axis.MoveTo(Target := n);\n  n := Axis.Position;\n"
     declared = "    Axis : FB_Axis;\n    n : INT;\n"
     return run(body, declared, {"n": 4}, before=_METHODS)
