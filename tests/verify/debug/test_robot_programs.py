@@ -124,7 +124,7 @@ def test_the_plc_goes_on_while_a_task_waits(shaking: Start) -> None:
 
 
 def test_a_step_in_the_plc_ends_in_the_plc(shaking: Start) -> None:
-    """Both tasks continue to run. The stack shows the statement of the PLC."""
+    """Both robot tasks continue to run. The stack shows the statement of the PLC program."""
     editor = shaking({MAIN: [{"line": 5, "hitCondition": "1"}]})
     assert editor.go("next", 1)["threadId"] == 1
     assert editor.stack(1) == [("Main (Shake)", 10)]
