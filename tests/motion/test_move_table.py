@@ -1,4 +1,4 @@
-"""FB_MoveTable: the telegrams of rows, their order and arrivals.
+"""FB_MoveTable sends the telegram of each row in order, and reports arrivals.
 
 The test plays the controller.
 """

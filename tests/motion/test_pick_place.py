@@ -1,4 +1,4 @@
-"""FB_PickPlace: the order of its commands, and the continuation after an error."""
+"""FB_PickPlace sends its commands in order, and continues after an error."""
 
 from __future__ import annotations
 

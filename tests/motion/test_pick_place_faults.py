@@ -1,4 +1,4 @@
-"""FB_PickPlace and events that stop a robot: between its commands, before them, and with others."""
+"""FB_PickPlace ends at events that stop the robot, before, between and during its commands."""
 
 from __future__ import annotations
 

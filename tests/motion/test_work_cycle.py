@@ -1,4 +1,4 @@
-"""FB_WorkCycle: Start, Stop, Reset and the first fault.
+"""FB_WorkCycle reacts to Start, Stop and Reset, and shows the first fault.
 
 The test plays the controller.
 """

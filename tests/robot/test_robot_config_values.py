@@ -1,4 +1,4 @@
-"""Each key of a robot file: its default value and its range of numbers."""
+"""Each key of a robot file has its default value and its range of numbers."""
 
 from __future__ import annotations
 

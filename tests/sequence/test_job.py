@@ -191,7 +191,7 @@ def test_a_ticket_is_shown_before_it_is_passed_on() -> None:
     assert job["Channel.NextTicket"] == 32_767
     job["Block.Trouble"], job["Block.Settled"] = 0x8003, True
     job["Channel.Serving"] = 32_767
-    job["Channel.Lowest"] = 32_800  # whatever FB_WriteArea has left there
+    job["Channel.Lowest"] = 32_800  # any other value that FB_WriteArea may have left
     job.scan(10)
     assert job["Block.Busy"] is job["Block.Active"] is True
     assert job["Block.Request"] is False

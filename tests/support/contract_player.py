@@ -66,7 +66,7 @@ SIGNAL_FATES = ("normal", "late", "too late", "never", "withdrawn", "flickering"
 _LATE = 3
 _JOG = (0x020, 0x021, 0x022)
 _CONTINUOUS = (0x505, 0x506)
-#: A bit of an output port and a whole port; both have the same form here.
+#: Codes of the commands that write a bit of a port, and read a port.
 _WRITE, _READ = 0x301, 0x304
 _OUTPUTS = 34
 

@@ -178,7 +178,7 @@ def _data(master: RecordedMaster) -> None:
     master.ask("WritePointComment", point=50, comment="ABC")
     master.ask("ReadPointComment", point=50)
     master.ask("AssignValue", variable1=256, value=0x40200000)
-    master.ask("AssignVariable", variable1=3, variable2=256)  # rounded or truncated
+    master.ask("AssignVariable", variable1=3, variable2=256)  # a key decides: round or truncate
     master.ask("ReadVariable", variable=3)
     master.ask("AssignValue", variable1=1, value=2_000_000_000)
     master.ask("MultiplyVariable", variable1=1, variable2=1)

@@ -1,4 +1,4 @@
-"""The measurements of `make bench ONLY=scan`: areas, idle blocks and handshakes."""
+"""`make bench ONLY=scan` measures areas, idle blocks and handshakes."""
 
 from __future__ import annotations
 

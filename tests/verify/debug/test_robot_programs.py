@@ -1,4 +1,4 @@
-"""Robot programs under the debugger, with the PLC: breakpoints, threads, steps, values.
+"""The debugger shows robot programs beside the PLC: breakpoints, threads, steps, values.
 
 The PLC of Shake.st starts SHAKE.PGM in task 1 and requests work by SI(20). SHAKE.PGM starts
 SIDE.PGM in task 2.

@@ -1,4 +1,4 @@
-"""The proof of the telegrams: its second reading, a small part of it, and bugs that it detects."""
+"""The telegrams are proved legal: the second reading, a small part, and bugs that are detected."""
 
 from __future__ import annotations
 
