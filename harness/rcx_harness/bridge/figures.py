@@ -23,7 +23,7 @@ class Rate:
         median_us: Median of the round trips (read and write), in microseconds; 0: no exchange yet.
         p99_us: 99 % of the round trips took at most this long.
         max_us: The longest round trip.
-        age_us: Time since the last answer; None before the first.
+        age_us: Time since the last answer; None before the first answer.
     """
 
     per_second: float

@@ -55,7 +55,7 @@ class CellTimeout(BenchTimeout):
 
 
 def _keep() -> None:
-    """Do nothing: the caller has compiled the program and may use it after the cell."""
+    """Do nothing: the caller has compiled the program, and may use it again after the cell."""
 
 
 class _Snapshot(NamedTuple):
@@ -358,7 +358,8 @@ class Cell(Bench):
         Args:
             area: The first bytes of its input area; further bytes are 0. None: the controller's
                 answer.
-            connected: The connection status that its scanner shows while it reads such bytes.
+            connected: The connection status that the PLC's scanner shows while the PLC reads such
+                bytes.
             controller: The number of the controller, from 1.
         """
         self._node(controller).give_area(area, connected)

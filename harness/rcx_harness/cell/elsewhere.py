@@ -1,6 +1,6 @@
-"""The connection to an external controller (`rcx serve` or a real one), as a PLC's scanner has it.
+"""The scanner's connection to an external controller (`rcx serve` or a real controller).
 
-The cell then simulates only the PLC, in real time.
+With such a connection the cell simulates only the PLC, in real time.
 """
 
 from __future__ import annotations
@@ -23,11 +23,12 @@ from structured_text.output.units import format_us
 
 __all__ = ["NAME", "Elsewhere", "FarLink"]
 
-#: The name of the link of such a cell.
+#: The name of the link of a cell with an external controller.
 NAME = "enip-connect"
 
 _LOOK_S, _REOPEN_S = 0.01, 0.1
-#: Longest wait for the packets with zeros: number of packet intervals, and least time [s].
+#: The wait for the last packets, which carry zeros, ends after this number of packet intervals, or
+#: after this time [s] if it is longer.
 _LAST_INTERVALS, _LAST_S = 4, 0.1
 #: Number of scans without new outputs after which the outputs are no longer sent.
 _WATCHDOG_SCANS = 4

@@ -19,7 +19,7 @@ from structured_text.bench.agenda import Agenda
 __all__ = ["BOTH", "DirectLink", "Link", "Network", "OwnNetwork", "PacketNetwork", "make_network"]
 
 _TO_ROBOT, _TO_PLC = 0, 1
-#: To the robot, to the PLC.
+#: Both directions of packets: to the robot, to the PLC.
 BOTH = (_TO_ROBOT, _TO_PLC)
 
 #: Shortest time in which a scanner reopens a connection.

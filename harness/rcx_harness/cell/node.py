@@ -68,7 +68,7 @@ class Node:
         self.far = member.far
         """Whether the controller is external."""
         self.matched = self.link.size == self.robot.config.size
-        """Master and robot have areas of equal size; else there is no connection."""
+        """Whether master and robot have areas of equal size; otherwise there is no connection."""
         self.cycles = 0
         self._program, self.image = program, image
         self.m, self.n = member.m, member.n

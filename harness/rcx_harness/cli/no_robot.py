@@ -10,7 +10,7 @@ from structured_text.errors import InputError
 
 __all__ = ["Stimulus", "refuse"]
 
-#: Options about a robot, its network, or charts of these.
+#: Options that concern a robot, its network, or the faults and charts of a cell.
 _OF_ROBOTS = (
     *("link", "size", "m", "n", "robot", "rpi", "jitter", "timeout", "phases", "on_loss"),
     *("realtime", "panel", "connect", "yes", "input_instance", "output_instance"),

@@ -77,7 +77,8 @@ def run(main: Callable[[str], None]) -> None:
 
 
 def _started(module: str, argument: str) -> subprocess.Popen[str] | system.PipedCopy:
-    # Other modules may have started threads. A copy has their locks, but not the threads.
+    # A copy (fork) has the locks of other threads, but not the threads. It could wait for such a
+    # lock forever, so only a process with a single thread is copied.
     if system.COPIES and _is_child and threading.active_count() == 1:
         return system.PipedCopy(lambda: import_module(module).main(argument), module)
     return subprocess.Popen(

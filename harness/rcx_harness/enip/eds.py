@@ -27,7 +27,8 @@ def eds_text(
 ) -> str:
     """Return the complete sheet.
 
-    `size` is the size of each area that a tool proposes first; both sizes can be chosen in it.
+    `size` is the size of each area that a tool proposes first; the user of the tool can choose
+    either size.
 
     Returns:
         ASCII text with LF line ends.

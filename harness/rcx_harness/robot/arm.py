@@ -19,7 +19,7 @@ __all__ = ["BRAKE", "FREE", "SERVO", "Arm", "RobotSettings", "Servos", "Settings
 BRAKE, SERVO, FREE = 0, 1, 2
 #: Numbers of the hand systems in points and commands (guide, 4.2.1).
 _RIGHT, _LEFT = 1, 2
-#: Places of the axes that turn the arms of a SCARA robot.
+#: Indices (from 0) of the axes that turn the arms of a SCARA robot.
 _PLANE = (0, 1)
 #: Default of the max. torque command value [%].
 _FULL_TORQUE = 100
@@ -132,9 +132,9 @@ class Settings:
 
 
 class Arm:
-    """One robot of the controller: its axes (places 0 to 5), its position and its settings.
+    """One robot of the controller: its axes (places 0 to 5 in the robot), position and settings.
 
-    It reads the state of the controller and has no state of its own.
+    The object reads the state of the controller and has no state of its own.
 
     Attributes:
         number: 1 to 4.
@@ -263,8 +263,8 @@ class Arm:
     def beyond(self, ways: Mapping[int, float], *, mm: bool, hand: int = 0) -> dict[int, int]:
         """Return the target if each coordinate changes by its distance [pulses or 0.001 mm].
 
-        In millimetres the coordinates are those of the tool, so that other axes may have to move,
-        too. `hand` is the hand system at the target, 0: the current one.
+        In millimetres the coordinates belong to the tool, so other axes may have to move as well.
+        `hand` is the hand system at the target, 0: the current one.
         """
         start = self.here
         if not mm:

@@ -88,7 +88,7 @@ class Memory:
         return self.changed(first, data)
 
     def changed(self, point: Point, data: tuple[int, ...]) -> Point:
-        """Return a point with other data."""
+        """Return a copy of a point in which the data are replaced."""
         if not all(map(fits_integer, data)):
             raise CommandError(self.config.overflow_alarm)
         return Point(data, point.mm, point.hand, point.arm1, point.arm2)

@@ -1,10 +1,10 @@
 """Coordinates of a robot in millimetres, and the curves that its tool follows in them.
 
 Coordinates 1 to 3 are X, Y and Z, the fourth is the rotation R about Z. A factor for each axis
-converts pulses to joints, and the kinematics convert joints to the place of the flange. The hand is
-the offset from the flange to the tool; a hand on the R axis turns with that axis. The shift moves
-the coordinates and turns them about its own origin. Lengths are in 0.001 mm, angles in 0.001
-degree, as on the wire.
+converts pulses to joint values, and the kinematics convert joint values to the position of the
+flange. The hand is the offset from the flange to the tool; a hand on the R axis turns with that
+axis. The shift moves the coordinates and turns them about its own origin. Lengths are in 0.001 mm,
+angles in 0.001 degree, as on the wire.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class Frame:
         return self.kinematics.bend(self._joints(pulses))
 
     def tool_to_mm(self, mm: Sequence[float], way: Sequence[float]) -> tuple[float, ...]:
-        """Return the place of the tool after a movement from `mm` by `way` in tool coordinates.
+        """Return the position of the tool after a movement from `mm` by `way` in tool coordinates.
 
         If the hand is mounted on the R axis, the R axis turns these coordinates. Otherwise they are
         parallel to the coordinates of the robot.

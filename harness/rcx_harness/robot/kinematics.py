@@ -105,8 +105,8 @@ class Scara:
         return ((angle + _HALF_TURN) % _TURN - _HALF_TURN) / _UNIT
 
 
-#: The kinematics of a robot type. `straight`: a line of the tool is a line of the joints, too;
-#: `left`: use the left-handed solution.
+#: The kinematics of a robot type. `straight`: if the tool moves on a line, the joints move in
+#: proportion; `left`: use the left-handed solution.
 Kinematics = _Cartesian | Scara
 
 

@@ -67,7 +67,7 @@ class Profile:
         return self.up + self.even + self.down
 
     def share(self, t: float) -> float:
-        """Return the part of the way that is done `t` seconds after the start, 0 to 1."""
+        """Return the share of the distance, 0 to 1, that is covered `t` seconds after the start."""
         if t >= self.seconds:
             return 1.0
         whole = self._whole
@@ -79,7 +79,7 @@ class Profile:
         return 1.0 - left * left / (2 * self.down) / whole
 
     def when(self, share: float) -> float:
-        """Return the time [s] at which a part of the way, 0 to 1, is done; inverse of `share`."""
+        """Return the time [s] at which a share of the distance is covered; inverse of `share`."""
         done = share * self._whole
         if done < self.up / 2:
             return math.sqrt(2 * done * self.up)
@@ -95,7 +95,7 @@ class Profile:
 
 @dataclass(frozen=True)
 class AxisMove:
-    """One axis of a movement: index, way in pulses, limits in pulses/s and pulses/s^2."""
+    """One axis of a movement: index, distance in pulses, limits in pulses/s and pulses/s^2."""
 
     axis: int
     start: int
@@ -106,7 +106,7 @@ class AxisMove:
 
     @property
     def way(self) -> int:
-        """Return the way from start to target [pulses], with its sign."""
+        """Return the distance from start to target [pulses], with its sign."""
         return self.target - self.start
 
     def profile(self) -> Profile:
@@ -158,7 +158,7 @@ class PtpPath(Path):
 
 
 class CurvePath(Path):
-    """A path of the tool along a curve; the axes follow from its place in millimetres."""
+    """A path of the tool along a curve; the axes follow from the tool's position in millimetres."""
 
     arrival = "TOLE"
 
@@ -184,7 +184,7 @@ class ArchPath(Path):
 
     The others start when the arch axis has moved distance 1 or has reached the arch position. The
     arch axis leaves the arch position so early that distance 2 remains when the others arrive. If
-    distance 2 is longer than its whole way, it waits for the others.
+    distance 2 is longer than the whole movement to the target, the arch axis waits for the others.
     """
 
     arrival = "OUTPOS"
@@ -214,7 +214,7 @@ class ArchPath(Path):
 
 
 def _part(distance: int, way: int) -> float:
-    """Return an arch distance as a part of the way of the arch axis, at most 1."""
+    """Return an arch distance as a share of the arch axis' distance, at most 1."""
     return min(1.0, distance / abs(way)) if way else 1.0
 
 
@@ -237,7 +237,7 @@ class Pace:
 
 @dataclass(frozen=True)
 class Arch:
-    """The place of the arch axis, its arch position and the arch distances [pulses]."""
+    """The place of the arch axis in the robot, its arch position and arch distances [pulses]."""
 
     place: int
     position: int
@@ -279,7 +279,7 @@ def plan_line(arm: Arm, target: Mapping[int, int], pace: Pace) -> Path:
     """Plan a straight line of the tool; it rotates in proportion to the distance.
 
     Raises:
-        CommandError: the target or a place on the way is beyond a soft limit.
+        CommandError: the target or a position on the line is beyond a soft limit.
     """
     frame = arm.frame
     line = Line(frame.to_mm(arm.here), frame.to_mm(_completed(arm, target)))
@@ -287,10 +287,11 @@ def plan_line(arm: Arm, target: Mapping[int, int], pace: Pace) -> Path:
 
 
 def plan_arc(arm: Arm, via: Mapping[int, int], target: Mapping[int, int], pace: Pace) -> Path:
-    """Plan an arc of the tool from its current place through `via` to the target.
+    """Plan an arc of the tool from its current position through `via` to the target.
 
     Raises:
-        CommandError: the three lie on a line, or a place on the way is beyond a soft limit.
+        CommandError: the three points lie on a line, or a position on the arc is beyond a soft
+            limit.
     """
     frame = arm.frame
     points = (_completed(arm, places) for places in ({}, via, target))
@@ -303,7 +304,7 @@ def plan_arc(arm: Arm, via: Mapping[int, int], target: Mapping[int, int], pace: 
 
 @dataclass(frozen=True)
 class Leg:
-    """A part of a chained path: its targets by place [pulses], and its pace.
+    """A part of a chained path: its targets [pulses] by the axis' place in the robot, and its pace.
 
     An arc has two targets: a point on the arc, and its end.
     """
@@ -322,12 +323,13 @@ def plan_chain(
     Args:
         arm: The robot.
         start: The start of the path [pulses].
-        legs: Its parts.
-        resumed: A stop has interrupted the movement, so the robot stands on the path and follows
-            the rest. Otherwise the robot must stand within OUTPOS of the start.
+        legs: The lines and arcs of the path.
+        resumed: Whether a stop has interrupted the movement. The robot must then stand on the path,
+            and follows the rest of it. Otherwise the robot must stand within OUTPOS of the start.
 
     Raises:
-        CommandError: the robot is not there, an arc has no circle, or a soft limit is exceeded.
+        CommandError: the robot does not stand where it must, an arc has no circle, or a soft limit
+            is exceeded.
     """
     frame, curves = arm.frame, list[Curve]()
     at = frame.to_mm(start)
@@ -373,9 +375,9 @@ def _rest(arm: Arm, curves: Sequence[Curve]) -> tuple[int, list[Curve]]:
     return number, [rest, *curves[number + 1 :]]
 
 
-#: After a stop: number of places of a curve that are compared with the place of the robot, distance
-#: at which the robot still counts as on the path [0.001 mm], and part of an arc that is followed as
-#: a line at its end.
+#: After a stop: number of positions on a curve that are compared with the position of the robot,
+#: distance at which the robot still counts as on the path [0.001 mm], and the share of an arc after
+#: which the rest is followed as a line.
 _RESUMED, _OFF_PATH, _NEARLY = 256, 1000, 0.99
 
 
@@ -448,7 +450,7 @@ def _curve(
 
 
 def _speeds(parts: Sequence[tuple[float, float]], samples: int) -> list[float]:
-    """Return the highest speed at each place of a chain; the lower one where two parts meet."""
+    """Return the highest speed at each position of a chain; where two parts meet, the lower one."""
     speeds = [math.inf] * (samples + 1)
     begin = 0.0
     for share, speed in parts:
@@ -460,7 +462,7 @@ def _speeds(parts: Sequence[tuple[float, float]], samples: int) -> list[float]:
 
 
 def _when(profile: Profile | Schedule, share: float) -> float:
-    """Return the time [s] at which a part of the way is done."""
+    """Return the time [s] at which a share of the distance is covered."""
     low, high = 0.0, profile.seconds
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
@@ -472,7 +474,7 @@ _HALVINGS = 40
 
 
 def _even(length: float, speed: float, limits: Sequence[AxisLimits], samples: int) -> Profile:
-    """Return a profile with the same limits of speed and acceleration on the whole way."""
+    """Return a profile with the same limits of speed and acceleration on the whole path."""
     speeds, ramps = [speed], []
     for axis in limits:
         step = max(abs(after - before) for before, after in pairwise(axis.places))

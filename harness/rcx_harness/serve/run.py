@@ -34,7 +34,7 @@ async def serve(every: Sequence[Settings], web_port: int | None, *, quiet: bool)
 
     Raises:
         InputError: a controller or the page cannot be served, or aiohttp is missing.
-        OSError: the output cannot be written, which ends all controllers, too.
+        OSError: the output cannot be written; all controllers are then ended.
     """
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()

@@ -88,7 +88,7 @@ class Station:
         self._cut = False
         self.now_us = self.begin_us = 0
         self._news = News()
-        self._place: tuple[bool, bool, bool] | None = None  # powered, online, cut
+        self._place: tuple[bool, bool, bool] | None = None  # last report: powered, online, cut
         self._leds = ""
         self._active: tuple[str, ...] = ()
         self._skipped_told = 0

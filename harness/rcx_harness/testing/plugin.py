@@ -51,7 +51,7 @@ def pytest_addoption(parser: pytest.Parser, pluginmanager: pytest.PytestPluginMa
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_configure(config: pytest.Config) -> None:
-    """Register the markers; check the settings if there are any."""
+    """Register the markers, and check the plugin's settings if the user has set any."""
     for marker in _MARKERS:
         config.addinivalue_line("markers", marker)
     check_keys(config, [f"rcx_{name}" for name in (*OPTIONS, *COVERAGE, *LISTS, *VALUES)])

@@ -203,8 +203,7 @@ class _Signals:
     def lanes(self, told: Collection[str]) -> list[Lane]:
         """Return the bits that changed or explain something, the command code and the status.
 
-        `told` has further bits that explain something, in addition to the bits that follow from the
-        wire.
+        `told` has bits that explain something and that cannot be derived from the areas.
         """
         bits = [lane for _, _, lane in self.inputs + self.outputs]
         ever_on = {code for code, lane in zip(self._codes, bits, strict=True) if lane.changes}

@@ -49,8 +49,8 @@ _LEAD = 24
 _HEAD = 46
 _GAP = 18
 
-#: Times of a curve [us]: time without a change after which it is at rest, time between its points,
-#: time of a step.
+#: Times of a curve [us]: time without a change after which the curve is at rest, time between two
+#: points of the curve, and duration of a step.
 _REST_US, _FINE_US, _STEP_US = 20_000, 15_000, 5_000
 
 #: Colour of a wave by the kind of its lane.
@@ -355,7 +355,7 @@ def svg_chart(timeline: Timeline, title: str = "") -> str:
 
 
 def _lead(band: Band) -> int:
-    """Return the space before the first column, for values that end there."""
+    """Return the width of the space before the first column; it shows the values that end there."""
     wanted = [_LEAD]
     for lane in band.lanes:
         before, then = (lane.value_at(band.instants[0] - back) for back in (1, 0))

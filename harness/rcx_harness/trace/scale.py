@@ -38,7 +38,7 @@ _APART = 10
 
 @dataclass(frozen=True)
 class _Line:
-    """One line of a chart: its start, its end, and its part of a whole line."""
+    """One line of a chart: its start, its end, and the part of the full width that it fills."""
 
     begin_us: int
     end_us: int

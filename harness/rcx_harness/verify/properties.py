@@ -243,7 +243,7 @@ class _Asked:
         self.condition = that if isinstance(that, Condition) else None
 
     def now(self) -> bool:
-        """Return whether it holds now."""
+        """Return whether the condition holds now."""
         if isinstance(self._that, Condition):
             return self._that.holds()
         assert self._cell is not None

@@ -137,7 +137,7 @@ class _Block:
     Attributes:
         name: In upper case.
         pin: Its VAR_IN_OUT of type RCX_REF, in upper case; empty if it has none.
-        place: Index of that pin among its VAR_IN_OUT.
+        place: Index of `pin` among the VAR_IN_OUT.
         watched: Whether it needs exactly one call in each scan.
         works: Whether it has an Execute or Enable, is an area block, or contains such blocks.
         asks: Whether it requests something from the robot, so that it fails outside of the area
@@ -267,7 +267,7 @@ class _Calls:
         """Return the findings, in the order of the lines."""
         return sorted(self._found.values(), key=lambda one: one.at)
 
-    # --- ways through the body ---
+    # --- paths through the body ---
 
     def _run(
         self, body: Iterable[s.Statement], way: _Way, guards: tuple[int, ...], *, loop: bool
@@ -433,7 +433,7 @@ def _joined(ways: Sequence[_Way]) -> _Way:
 
 
 def _both_run(before: Sequence[_Call], call: _Call) -> bool:
-    """Return whether the first call runs if the second runs: its branch encloses the second."""
+    """Return whether a call of `before` and `call` both run: one's branch encloses the other's."""
     pairs = [(one.guards, call.guards) for one in before]
     return any(a == b[: len(a)] or b == a[: len(b)] for a, b in pairs)
 

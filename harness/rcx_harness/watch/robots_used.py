@@ -39,12 +39,12 @@ def pins_of(block: BlockType) -> set[str]:
 
 @dataclass(frozen=True, eq=False)
 class _Frame:
-    """A program, or a user's block at one place of its call.
+    """A program, or one instance of a user's block that is called.
 
     Attributes:
-        pou: Its code.
-        place: The instance; None if the source does not decide it.
-        bound: The arguments of its VAR_IN_OUT, by name in upper case.
+        pou: The code of the program or block.
+        place: The path of the instance; None if the source does not decide it.
+        bound: The arguments of the block's VAR_IN_OUT, by name in upper case.
     """
 
     pou: t.Pou
@@ -57,7 +57,7 @@ class Call:
     """A call of a block for a robot.
 
     Attributes:
-        instance: Its place; None if the source does not decide it.
+        instance: The path of the called instance; None if the source does not decide it.
         image: The process image in its arguments, if there is one.
         frame: The frame in which `pou` runs.
     """
@@ -87,7 +87,7 @@ class Robot:
 
     Attributes:
         name: Its name for the user.
-        copy: The VAR_INPUT of a block that makes it a copy, with this block.
+        copy: If a block takes the robot as a copy: its VAR_INPUT, and this block.
         known: Whether the source decides every use of it.
     """
 
@@ -274,10 +274,10 @@ class RobotsUsed:
             for one in parts(node):
                 self._note_uses(owner, one)
 
-    # --- places ---
+    # --- paths of variables ---
 
     def _place(self, variable: t.Expression, frame: _Frame, pou: t.Pou) -> Place | None:
-        """Return the place of a variable; None if the source does not decide it."""
+        """Return the path of a variable; None if the source does not decide it."""
         if isinstance(variable, t.Use):
             return self._of_symbol(variable.symbol, frame, pou)
         if isinstance(variable, t.This):

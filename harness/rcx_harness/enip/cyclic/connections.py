@@ -79,7 +79,7 @@ class EndReason(str, Enum):
 
 
 class Way(NamedTuple):
-    """One direction of a connection: its packets."""
+    """The properties of the packets in one direction of a connection."""
 
     identifier: int
     api_us: int
@@ -89,7 +89,7 @@ class Way(NamedTuple):
 
 @dataclass(frozen=True)
 class ConnectionParameters:
-    """One class 1 connection as agreed; the same for the end of the target and of the originator.
+    """The agreed parameters of a class 1 connection; target and originator use the same values.
 
     Args:
         number: Number that both processes use for the connection; it is never reused.

@@ -286,7 +286,7 @@ class Exchange:
         self._by_id: dict[int, _Connection] = {}
         self._productions: dict[tuple[bool, int], _Production] = {}
         self._due_us: int | None = None
-        """Nothing is due before; None without a connection."""
+        """The time before which nothing is due; None without a connection."""
 
     def add(self, parameters: ConnectionParameters, now_us: int) -> None:
         """Open a connection.
@@ -394,7 +394,7 @@ class Exchange:
         producer = production.producer
         run = self._images.run
         # Read the version first. Data that is written in between is then sent again as new data; in
-        # the other order it would be missed.
+        # the reverse order it would be missed.
         version = self._source.version
         if producer.is_new(version, run):
             producer.renew(self._source.read(), version, run)

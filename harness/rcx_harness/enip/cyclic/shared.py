@@ -76,7 +76,7 @@ class Word(IntEnum):
     ADAPTER_ALIVE = 19  # the same, by the adapter's process
     # bytes of the connected data in the last packet that was dropped for its length
     WRONG_LENGTH = 20
-    RIGHT_LENGTH = 21  # bytes that its connection expects
+    RIGHT_LENGTH = 21  # bytes that the connection of that packet expects
     DROPPED = 22  # one word for each `Drop`, in their order
 
 
@@ -116,7 +116,7 @@ class Status:
         t_to_o_api_us: Packet interval to the owner in microseconds, 0 without one.
         drops: Number of dropped packets for each `Drop`, in the order of its members.
         wrong_length: Bytes of connected data in the last packet dropped for its length.
-        right_length: Bytes that its connection expects.
+        right_length: Bytes that the connection of that packet expects.
         missing: Lost packets, according to the sequence numbers.
         skipped: Packets not sent because their time had passed.
     """
@@ -151,8 +151,8 @@ class Status:
 def drops_text(status: Status, drops: Sequence[int] | None = None, *, numbers: bool = True) -> str:
     """Return the number of dropped packets for each reason; empty if no packet was dropped.
 
-    `drops` has a number for each `Drop`, in the order of its members; default: those of the status.
-    With `numbers` the text has the numbers, too.
+    `drops` has a number for each `Drop`, in the order of its members; by default the numbers of the
+    status are used. Without `numbers` the text has only the reasons.
     """
     texts = []
     for reason, number in zip(Drop, status.drops if drops is None else drops, strict=True):

@@ -39,8 +39,8 @@ class Client(Closing):
         source: IPv4 address of this machine from which to connect; empty: the system chooses.
 
     Raises:
-        EnipError: no connection, no answer in time, or an invalid answer; every method raises it,
-            too.
+        EnipError: no connection, no answer in time, or an invalid answer; every method can raise
+            this error.
     """
 
     def __init__(

@@ -108,7 +108,7 @@ class ExplicitConnection:
         self._reply = b""
 
     def has_timed_out(self, now: float) -> bool:
-        """Return whether no message came within the time-out; the first has at least 10 s."""
+        """Return whether no message came within the time-out (for the first: at least 10 s)."""
         return now >= self._deadline
 
     def answer(self, message: bytes, now: float, perform: Callable[[bytes], bytes]) -> bytes | None:
@@ -257,7 +257,7 @@ class ConnectionManager:
         self._openers.clear()
 
     def close_all(self) -> None:
-        """Close everything, as a reset does."""
+        """Close all connections, as a reset does."""
         while self._class1:
             self._remove(next(iter(self._class1)))
         self._drop(lambda _: True)

@@ -26,7 +26,7 @@ __all__ = ["Router"]
 
 _MAX_REPLY = 4000
 _CONNECTION_SERVICES = frozenset(ConnectionService)
-# Priority and ticks, length of the message
+# two bytes with priority and ticks (ignored), then the length of the message
 _UNCONNECTED_SEND = struct.Struct("<2xH")
 _BACKPLANE = b"\x01\x00"  # port 1, link address 0: scanners presume a processor there
 

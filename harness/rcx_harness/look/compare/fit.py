@@ -1,9 +1,9 @@
 """The search for the robot file with which the virtual controller answers like a recorded one.
 
 Delays are measured. Other keys are tried one by one, but only if the controller has read the key
-before the difference. The search takes the key with which both sides agree longest, until they
-agree or no key helps any more. It then notes the difference as unexplained and continues after it.
-At the end it tries each key once more.
+before the difference. The search changes the key with which both sides agree longest, and repeats
+this until they agree. If no key helps any more, it notes the difference as unexplained and
+continues after this difference. At the end it tries each key once more.
 """
 
 from __future__ import annotations
@@ -301,7 +301,7 @@ def _from_to(key: str, lengths: Sequence[float]) -> dict[str, Any]:
 
 
 def _reach(result: Replayed) -> tuple[int, int]:
-    """Return the time of the first difference and the negative size of it; larger is better."""
+    """Return the time of the first difference and its negative size; a larger pair is better."""
     first_us = result.first_us
     if first_us is None:
         return _NEVER, 0
@@ -315,7 +315,7 @@ def _words(one: Difference) -> int:
 
 
 def _answer(here: Replayed, first: Difference, recorded: bytes) -> bytes:
-    """Return the virtual controller's answer to a recorded area, which may come a little later."""
+    """Return the virtual controller's answer to a recorded area; it may come a little later."""
     area = here.outputs[0][1]
     for t_us, one in here.outputs:
         if t_us > first.begin_us and (

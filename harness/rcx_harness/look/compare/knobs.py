@@ -53,7 +53,7 @@ _LONGEST_INTERVAL_US = 1_000_000
 
 @dataclass(frozen=True)
 class Seen:
-    """The values that a place in a recording suggests.
+    """The values that the recording suggests at one point in time.
 
     Attributes:
         alarms: Numbers of the alarms in the recording.

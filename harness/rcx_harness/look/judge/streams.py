@@ -97,7 +97,7 @@ class _Stream:
         return (self._next - sequence) & _NUMBERS < _HALF
 
     def _append(self, sequence: int, payload: bytes) -> None:
-        # bytes of the segment that an earlier segment had, too
+        # number of bytes of the segment that an earlier segment has already contained
         known = (self._next - sequence) & _NUMBERS
         if known < len(payload):
             self._latest = len(self._buffer)

@@ -191,13 +191,13 @@ def _name(call: Call) -> str:
 
 
 def _axis(call: Call) -> int:
-    """Return the place of the axis in the robot; 0 for a parameter of the robot."""
+    """Return the place of the axis in the robot, 0 to 5; 0 for a parameter of the whole robot."""
     places = call.places
     return places[0] if places else 0
 
 
 def _replaced(machine: Machine, call: Call, data: Sequence[int]) -> tuple[int, ...]:
-    """Return the data with the value at the place (or places) that the data number selects."""
+    """Return the data with the value in the elements that the data number selects."""
     bits, value = call.values["data_number"], call.values["value"]
     if bits & (bits - 1) and not machine.config.several_elements:
         raise CommandError(machine.config.format_alarm)

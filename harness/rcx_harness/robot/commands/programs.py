@@ -130,7 +130,10 @@ def _named(call: Call) -> tuple[str, int]:
 
 
 def _place(machine: Machine, call: Call) -> int:
-    """Return the place of the selected program; the lowest place if several have that name."""
+    """Return the place of the selected program in the list of programs, from 0.
+
+    If several programs have the requested name, the first of them is selected.
+    """
     tasks, values = machine.program.tasks, call.values
     if values["method"] == _TASK:
         task = machine.program.in_task(values["task"])

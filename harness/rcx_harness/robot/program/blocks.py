@@ -115,7 +115,7 @@ class _Linker:
         else:
             self._emit(node.kind, *node.args)
 
-    # Blocks
+    # --- statements that begin, divide or end a block ---
 
     def _on_if_line(self, condition: Node, then: Node, otherwise: Node | None) -> None:
         test = self._emit("unless", condition)
@@ -215,7 +215,7 @@ class _Linker:
             self._emit("exit_sub")
             self._close(block)
 
-    # Other statements
+    # --- all other statements ---
 
     def _moves(self, node: Node) -> None:
         """Emit one movement for each target; only the last one has CONT."""
@@ -243,7 +243,7 @@ class _Linker:
             own = [one for one in options if last or one.kind != "cont"]
             self._emit(node.kind, robot, kind, tuple(targets[at : at + size]), tuple(own))
 
-    # Parts
+    # --- helper methods ---
 
     def _emit(self, kind: str, *args: Any, jump: int = -1) -> int:
         self.code.append(Instruction(kind, args, self._line, jump))

@@ -117,7 +117,7 @@ def execute(one: Instruction, task: Running, world: World) -> int:
     return _FUNCTIONS[one.kind](one, task, world)
 
 
-# Flow
+# --- program flow ---
 
 
 def _label(one: Instruction, task: Running, world: World) -> int:
@@ -236,7 +236,7 @@ def _dim(one: Instruction, task: Running, world: World) -> int:
 _LARGEST_ARRAY = 32768
 
 
-# Errors
+# --- handling of errors ---
 
 
 def _on_error(one: Instruction, task: Running, world: World) -> int:
@@ -262,7 +262,7 @@ def _resume(one: Instruction, task: Running, world: World) -> int:
     return behind if behind >= 0 else at + 1
 
 
-# Ends and tasks
+# --- ends of programs, and orders to tasks ---
 
 
 def _halt(one: Instruction, task: Running, world: World) -> int:
@@ -305,7 +305,7 @@ def _task_order(one: Instruction, task: Running, world: World) -> int:
     return NEXT
 
 
-# Inputs and outputs
+# --- inputs and outputs ---
 
 
 def _assign(one: Instruction, task: Running, world: World) -> int:
@@ -336,7 +336,7 @@ def _out(one: Instruction, task: Running, world: World) -> int:
     return NEXT
 
 
-# Waiting
+# --- instructions that wait ---
 
 
 def _delay(one: Instruction, task: Running, world: World) -> int:
@@ -378,7 +378,7 @@ def _wait(one: Instruction, task: Running, world: World) -> int:
     return result
 
 
-# Settings
+# --- settings ---
 
 
 def _setting(one: Instruction, task: Running, world: World) -> int:

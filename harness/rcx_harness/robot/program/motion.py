@@ -232,7 +232,7 @@ _REQUESTS: dict[str, Callable[[Instruction, Surroundings, Scope], Request]] = {
 }
 
 
-# Settings
+# --- statements that change settings ---
 
 #: Speeds of a robot: fields of its settings.
 _SPEED_SETTINGS = {"SPEED": "program_speed", "ASPEED": "auto_speed"}
@@ -271,7 +271,7 @@ def _check_range(value: int, low: float, high: float, world: Surroundings) -> No
         raise CommandError(world.config.format_alarm)
 
 
-# Options
+# --- options of movements ---
 
 
 def _paced(options: Sequence[Node], world: Surroundings, scope: Scope) -> dict[str, Any]:

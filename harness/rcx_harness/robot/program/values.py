@@ -72,7 +72,7 @@ def calculate(operator: str, left: Value, right: Value, config: RobotConfig) -> 
     Two integers give an integer, except if a division has a remainder or a power is negative.
 
     Raises:
-        CommandError: a wrong type, a division by 0, or the result is too large.
+        CommandError: a value has a wrong type, the divisor is 0, or the result is too large.
     """
     if operator == "add" and isinstance(left, str) and isinstance(right, str):
         return left + right
@@ -146,8 +146,8 @@ def combine(operator: str, left: Value, right: Value, config: RobotConfig) -> Va
     """Return the sum or difference of two points or two shifts, axis by axis.
 
     Raises:
-        CommandError: the points have different units, the values different types, or a result is
-            too large.
+        CommandError: the points have different units, the values have different types, or a result
+            is too large.
     """
     sign = 1 if operator == "add" else -1
     if isinstance(left, Point) and isinstance(right, Point):

@@ -41,7 +41,8 @@ class Lane:
         show: Format of a number: `digits` in hexadecimal, `precision`, `fine` for this many parts.
         is_curve: Whether it is drawn as a line from value to value.
         rests: Whether it is constant between changes and moves to the next value within a cycle.
-        speed_of: The lane with the position if it shows a speed; it then has no changes.
+        speed_of: If this lane shows a speed: the lane with the position. A speed has no changes of
+            its own.
     """
 
     name: str

@@ -178,7 +178,7 @@ class _CellWorld(World[CellChoice]):
         return self._known[1]
 
     def choices(self, state: bytes) -> Sequence[CellChoice]:
-        """Return each possible fault and each change of an input, and that nothing happens."""
+        """Return all choices: nothing happens, each possible fault, and each change of an input."""
         self._states.thaw(state)
         now = {path: self.cell.program.read(path) for path in self.inputs}
         return [

@@ -213,7 +213,7 @@ class _Program(World[Choice]):
         return zlib.decompress(packed)
 
     def choices(self, state: bytes) -> Sequence[Choice]:
-        """Return each possible move of the controller, with each change of an input and without."""
+        """Return each possible move of the controller, without and with each change of an input."""
         small, wire, *_ = _memory(state)
         self._state.thaw(state)
         now = {path: self.program.read(path) for path in self.inputs}
