@@ -161,8 +161,8 @@ class Actions:
     Attributes:
         to_robot: Assembly 150 for the next packet.
         to_plc: The area from the robot, as words.
-        life: The word that follows `to_plc`: 0 while the PLC must regard its robot as not
-            connected, else a number from 1 to 65535 that changes each time.
+        life: The word that follows `to_plc`: 0 tells the PLC that its robot is not connected;
+            otherwise a number from 1 to 65535 that changes in each step.
         reason: The reason in words; empty while the bridge runs.
     """
 

@@ -34,7 +34,7 @@ class Rate:
 
 
 class Figures:
-    """A collection of exchanges; a thread may add while another thread reads."""
+    """The times of the last exchanges; one thread may add a time while another thread reads."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()

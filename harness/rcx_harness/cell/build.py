@@ -120,7 +120,7 @@ def _begins(name: str, given: Areas, sizes: Sequence[int]) -> list[int]:
 
 
 def make_agenda(link: str, connect: Elsewhere | None = None) -> Agenda:
-    """Return the agenda of a cell; if the link runs in real time, the agenda does, too."""
+    """Return the agenda of a cell; with a link in real time, the agenda waits for the clock."""
     if link != "enip-realtime" and connect is None:
         return Agenda()
     from rcx_harness.cell.live import RealTimeAgenda

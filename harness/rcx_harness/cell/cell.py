@@ -416,7 +416,7 @@ class Cell(Bench):
 
     @contextmanager
     def trying(self) -> Iterator[None]:
-        """Undo at the end of the context all changes inside it; no time passes."""
+        """At the end of the context, undo all changes that were made inside it; no time passes."""
         before = [robot.snapshot() for robot in self.robots]
         try:
             with super().trying():
@@ -427,7 +427,7 @@ class Cell(Bench):
 
     @contextmanager
     def trial_of_program(self) -> Iterator[None]:
-        """Undo at the end of the context all scans of the program that are run inside it."""
+        """At the end of the context, undo all scans of the program that were run inside it."""
         before = self.program.snapshot()
         with self._calls.apart():
             try:
@@ -458,7 +458,7 @@ class Cell(Bench):
         for node in self._nodes:
             node.link.close()
 
-    # --- what happens ------------------------------------------------------------------------
+    # --- before and after a scan --------------------------------------------------------------
 
     def _before_scan(self, now: int) -> None:
         for node in self._nodes:

@@ -190,7 +190,7 @@ def _constant(assignments: Sequence[Instruction]) -> bool:
 
 
 def _begin_of(one: Instruction, at: int) -> int:
-    """Return the position of the statement that branches; for a CASE, return that of its SELECT."""
+    """Return the position of the branching statement; for a CASE, the position of its SELECT."""
     return int(one.args[0].args[0].partition("@")[2]) if one.kind == "case" else at
 
 

@@ -129,9 +129,9 @@ class PacketNetwork:
     Packets flow while the cable is plugged in and the robot's adapter is on; an interruption also
     drops the packets under way. A side considers the connection lost when no packet has arrived for
     `Timing.timeout_us`. The adapter also loses it with its power. After one side has lost the
-    connection, no packet flows until the other side has lost it, too, and the scanner has opened a
-    new connection. That takes at least 100 ms and a scan, so neither side misses the restart of the
-    other. Before the first packet both images are zero.
+    connection, no packet flows until the second side has also lost it and the scanner has opened a
+    new connection. This takes at least 100 ms and a scan, so each side notices that the connection
+    was lost. Before the first packet both images are zero.
 
     Args:
         matched: Whether master and robot have areas of the same size; otherwise there is no

@@ -183,7 +183,7 @@ class Node:
 def status_path(program: Program, number: int) -> str | None:
     """Return `Main.Connected`, or `Main.Connected2` for controller 2, if a program has such a BOOL.
 
-    Otherwise return a BOOL of that name beside the areas; None if there is none.
+    Otherwise return the BOOL of that name in the block with the areas; None without such a BOOL.
     """
     wanted = "connected" if number == 1 else f"connected{number}"
     for name, kind in program.instances().items():

@@ -191,7 +191,7 @@ def _faults(project: Project | None) -> list[Place]:
 
 
 def _compile(sources: SourceFiles, project: Project | None, faulty: Sequence[Place]) -> str:
-    """Compile with matiec, too, if the sources have a program in a form that matiec supports."""
+    """Compile also with matiec if the sources have a program in a form that matiec supports."""
     if project is not None and project.uses:
         return "; not portable: it runs on the built-in engine only"
     if any(one.fault.refused for one in faulty):

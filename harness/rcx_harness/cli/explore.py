@@ -301,7 +301,7 @@ def _faults(given: Options, known: Collection[str]) -> list[str]:
 
 
 def _inputs(given: Options, demands: Demands) -> dict[str, list[str]]:
-    """Return the values of all inputs; values from an option replace those of the operator."""
+    """Return the values of all inputs; values from an option replace the operator's values."""
     inputs: dict[str, list[str]] = {}
     for text in given.inputs or []:
         path, has_values, values = text.partition("=")

@@ -1,4 +1,4 @@
-"""Options that several commands have, and their checks, whose messages name the option."""
+"""Options that several commands have, and their checks; the messages name the option."""
 
 from __future__ import annotations
 

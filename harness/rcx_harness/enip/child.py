@@ -1,9 +1,9 @@
 """A child process that serves a part of the network, and the handle that its parent holds.
 
-Its only argument contains the settings as JSON. It writes JSON objects, one per line, to standard
-output; the first has the address at which it listens, or the reason why it cannot listen. It ends
-when its standard input ends, at the latest with its parent. If the system can fork, a child of such
-a process is a copy of it.
+The only argument of the process contains the settings as JSON. The process writes JSON objects, one
+per line, to standard output; the first has the address at which it listens, or the reason why it
+cannot listen. The process ends when its standard input ends, at the latest with its parent. If the
+system can fork, such a process starts its own child processes as copies of itself.
 """
 
 from __future__ import annotations

@@ -52,8 +52,8 @@ class ScanOptions:
     """The options of `rcx scan`.
 
     Attributes:
-        assemblies: Assemblies to exchange; those of 48 or 256 bytes are shown as the controller's
-            areas.
+        assemblies: Assemblies to exchange; assemblies of 48 or 256 bytes are shown as the
+            controller's areas.
         duration_us: Time to observe after the first packet, in microseconds.
         kind: An exclusive owner drives the robot; the others send no data.
         writes: What an exclusive owner sends, as `NAME=VALUE`; everything else is 0.

@@ -45,7 +45,7 @@ class Servos:
         self.set(range(len(self.states)), SERVO)
 
     def switch_all_off(self, *, keep_free: bool = False) -> None:
-        """Switch motor power and servos OFF; apply all brakes, or all except those of free axes."""
+        """Switch motor power and servos OFF, and apply the brakes; free axes may stay free."""
         self.motor_power = False
         kept = (FREE,) if keep_free else ()
         self.states = [state if state in kept else BRAKE for state in self.states]
@@ -113,7 +113,7 @@ class Settings:
         self.torque_in_effect = list(self.torque)
 
     def lose_power(self) -> None:
-        """Restore the torque, and the other settings if so configured."""
+        """Restore the torques; restore also the other settings if the configuration demands it."""
         if self._config.power_loses_settings:
             self.restore()
         else:
@@ -204,7 +204,8 @@ class Arm:
     def hand_system(self) -> int:
         """Return the current hand system: 1 right-handed, 2 left-handed.
 
-        If the robot file names the robot's type, the joints decide, else the last command.
+        If the robot file names the robot's type, the joints decide; otherwise the last command
+        decides.
         """
         if not (self.model and self.model.scara):
             return _RIGHT + self.settings.arm_status

@@ -70,7 +70,7 @@ class Controller:
         """Run one controller cycle.
 
         Args:
-            now_us: Time of the cycle, later than that of the cycle before [us].
+            now_us: Time of the cycle, later than the time of the previous cycle [us].
             si: The area that the master sends (n to n + size - 1); None without a connection.
 
         Returns:
@@ -189,7 +189,7 @@ class Controller:
 
     @property
     def machine(self) -> Machine:
-        """Return the complete state behind the areas."""
+        """Return the complete state from which the areas are made."""
         return self._state.machine
 
     @property

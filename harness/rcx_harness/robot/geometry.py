@@ -138,8 +138,8 @@ class Curve(Protocol):
     """A curve; a position on it is given by a part of its length, 0 to 1.
 
     Attributes:
-        length: Length in X, Y and Z, or the distance of the other axes together if that is longer.
-        samples: Number of parts in each of which the curve counts as straight.
+        length: Length in X, Y and Z; if the other axes together move farther, their distance.
+        samples: Number of parts of the curve; each part is treated as straight.
     """
 
     length: float

@@ -221,7 +221,7 @@ class Origins:
         return [group for kind in types if (group := self._axes(kind))]
 
     def moves(self, axes: Collection[int]) -> bool:
-        """Return whether the return-to-origin still has to move any of these axes."""
+        """Return whether a return-to-origin still has to move one of these axes."""
         return self._run is not None and not self._run.axes.isdisjoint(axes)
 
     def begin(self, groups: Iterable[tuple[int, ...]], *, by_command: bool = False) -> OriginRun:

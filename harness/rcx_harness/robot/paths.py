@@ -1,9 +1,10 @@
 """The paths of a robot: positions as a function of the time since the start.
 
 PTP: all axes start and end together. Line and arc: the tool follows a curve in millimetres. Arch:
-the arch axis moves away, the others move to the target, then the arch axis moves to its target.
-Positions are in pulses. The manual gives no motion times, so each path has constant acceleration,
-constant speed and constant deceleration. A short path has no phase of constant speed.
+the arch axis moves to its arch position, the other axes move to the target, then the arch axis
+moves to its target. Positions are in pulses. The manual gives no motion times, so each path has
+constant acceleration, constant speed and constant deceleration. A short path has no phase of
+constant speed.
 """
 
 from __future__ import annotations
@@ -182,9 +183,10 @@ class CurvePath(Path):
 class ArchPath(Path):
     """An arch: arch axis to its arch position, other axes, arch axis to its target (guide, 4.2.1).
 
-    The others start when the arch axis has moved distance 1 or has reached the arch position. The
-    arch axis leaves the arch position so early that distance 2 remains when the others arrive. If
-    distance 2 is longer than the whole movement to the target, the arch axis waits for the others.
+    The other axes start when the arch axis has moved distance 1 or has reached the arch position.
+    The arch axis leaves the arch position so early that distance 2 remains when the other axes
+    arrive. If distance 2 is longer than the whole movement to the target, the arch axis waits for
+    the others.
     """
 
     arrival = "OUTPOS"
@@ -192,7 +194,7 @@ class ArchPath(Path):
     def __init__(
         self, rise: AxisMove, fall: AxisMove, others: PtpPath, distance1: int, distance2: int
     ) -> None:
-        """Combine `rise` and `fall` of the arch axis with the others; distances in pulses."""
+        """Combine `rise` and `fall` of the arch axis with the other axes; distances in pulses."""
         self._rise, self._fall, self._others = rise, fall, others
         self._up, self._down = rise.profile(), fall.profile()
         self._others_start = self._up.when(_part(distance1, rise.way))
@@ -492,7 +494,7 @@ def _keep_hand(
     """Check that a curve keeps the hand system and does not come too near to the stretched arm.
 
     Raises:
-        CommandError: the curve or its end violates one of these conditions.
+        CommandError: the hand system changes, or the arm is stretched too far.
     """
     bends = [bend for pulses in every if (bend := frame.bend(pulses)) is not None]
     if not bends:

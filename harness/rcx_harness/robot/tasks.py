@@ -337,7 +337,10 @@ class Programs:
         return min(due, default=None)
 
     def _startable(self) -> list[int]:
-        """Return the places of registered tasks that can start, or else of ended tasks."""
+        """Return the indices in `tasks` of the registered tasks that can start.
+
+        If there are none and no task runs, return the indices of the ended tasks.
+        """
         registered = [place for place, task in enumerate(self.tasks) if task.number]
         waiting = [k for k in registered if self.tasks[k].state in ("stopped", "ready")]
         if waiting or self.busy:

@@ -29,7 +29,8 @@ class Law:
     Attributes:
         factor: Factor for the force of the motor at full speed.
         own_share: Mass of the axis itself as a share of the largest load.
-        fitted: The models whose standard cycle times both numbers were fitted to.
+        fitted: The models with the standard cycle times to which `factor` and `own_share` were
+            fitted.
     """
 
     factor: float

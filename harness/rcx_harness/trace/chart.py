@@ -69,14 +69,14 @@ class Lane:
     """One signal: its changes as (time in microseconds, new value).
 
     Attributes:
-        name: The text beside it.
+        name: The text beside the lane.
         kind: `input`, `output`, `variable` or `event` for ON or OFF, `word` for a word, `value` for
             values as text, `task` for a task of a robot program, `stage` for the names of an
             enumeration, `curve` for a number over time, `finding` for broken rules.
         changes: In order of time.
         first: The value before the first change.
-        show: Converts a value to text; without it a word has its hexadecimal digits.
-        always: It is drawn even if it is OFF all the time.
+        show: Function that converts a value to text; None: a word is shown in hexadecimal digits.
+        always: Whether the lane is drawn even if it is OFF all the time.
     """
 
     name: str
@@ -255,8 +255,8 @@ class Timeline:
     """The changes of the dedicated signals, as the PLC reads and writes them.
 
     It also collects the lines of the tasks of robot programs, if they are recorded. With a trace it
-    collects the changes of recorded variables and positions, too. Give `take` to
-    `Trace.listen`. Memory grows with the changes, not with the time.
+    also collects the changes of recorded variables and positions. Give `take` to `Trace.listen`.
+    Memory grows with the changes, not with the time.
     """
 
     def __init__(self, trace: samples.Trace[Any] | None = None) -> None:
@@ -348,7 +348,7 @@ class Timeline:
     def bands(self, widths: Sequence[int], room: int) -> list[Band]:
         """Return the chart in bands of at most the given width.
 
-        A band does not show bits that are OFF in all of it.
+        A band does not show bits that are OFF in the whole band.
 
         `widths` are the widths of the columns of all instants. A band has at least one column.
         """

@@ -266,7 +266,7 @@ def _box(x: float, end: float, base: int, more: str, look: Look) -> str:
 
 
 def _names(lane: Lane) -> dict[Any, str]:
-    """Return the names of a lane's values; those of an enumeration without their common prefix."""
+    """Return the names of a lane's values; names of an enumeration lose their common prefix."""
     shown = {value: str(value) for _, value in lane.changes}
     if lane.kind != "stage":
         return shown

@@ -16,7 +16,7 @@ from rcx_harness.trace.chart_svg import CURVE, STYLE, Look, Scale, document, dra
 
 __all__ = ["scaled_svg", "scaled_text"]
 
-#: Number of lines of a chart whose scale is not chosen; greatest number of drawn lines.
+#: Number of lines of a chart if the user has not chosen a scale; greatest number of drawn lines.
 _LINES, _MOST_LINES = 6, 100
 _MS, _S, _MIN = 1_000, 1_000_000, 60_000_000
 #: Possible times of a line, and of the steps between its time marks [us].

@@ -436,7 +436,10 @@ class Judge:
         return f"{text}; {standing}" if standing else text
 
     def expected(self, kind: str) -> str:
-        """Return the condition that a failure of this kind broke; "" if it is not a single one."""
+        """Return the broken condition of the property with this kind of failure, for a stimulus.
+
+        It is empty if the property is a Python function or compares with an earlier scan.
+        """
         for one in self._properties:
             that = one.declared.that
             if one.declared.kind == kind and isinstance(that, str) and not one.has_before:

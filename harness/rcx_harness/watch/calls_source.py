@@ -2,7 +2,7 @@
 
 A block that takes a `Robot : RCX_REF`, or contains such blocks, remembers the state of its last
 call. It needs exactly one call in each scan, always for the same robot, between FB_ReadArea and
-FB_WriteArea. Outside of these two, a block that requests something from the robot ends with
+FB_WriteArea. If a block that requests something from the robot is called elsewhere, it ends with
 16#8017. Blocks that read or write one bit or word of an image have no memory, so they may be called
 anywhere.
 """
@@ -433,7 +433,7 @@ def _joined(ways: Sequence[_Way]) -> _Way:
 
 
 def _both_run(before: Sequence[_Call], call: _Call) -> bool:
-    """Return whether a call of `before` and `call` both run: one's branch encloses the other's."""
+    """Return whether `call` can run together with a call of `before`, by their branches."""
     pairs = [(one.guards, call.guards) for one in before]
     return any(a == b[: len(a)] or b == a[: len(b)] for a, b in pairs)
 

@@ -6,8 +6,8 @@ rules depend on Execute or Enable at the call. They are checked only if the sour
 values certain: one call per scan that cannot be skipped, and no assignment to the pin after it
 (`steady_instances`).
 
-A call out of place is recognized by the block's own ErrorID, since only the built-in engine reports
-calls.
+A call outside of FB_ReadArea and FB_WriteArea is recognized by the ErrorID of the block, because
+only the built-in engine reports calls.
 """
 
 from __future__ import annotations
@@ -212,7 +212,8 @@ class _Found(NamedTuple):
 
     Attributes:
         outermost: Whether a program declares it. A block may call an inner block twice in a scan.
-        topmost: Whether no instance around it is watched; only such instances are reported.
+        topmost: Whether no instance around it is watched. Only such an instance reports a call
+            outside of FB_ReadArea and FB_WriteArea.
     """
 
     kind: type[_Instance]

@@ -27,7 +27,8 @@ _FILES = (Path(__file__), Path(__file__).with_name("robots_used.py"))
 
 #: Blocks that switch servos on. They need SI(00) (manual chapter 5, 3.1).
 _SERVOS = ("FB_SERVOON", "FB_SERVOONFROMEMERGENCYSTOP", "FB_POWERUP", "FB_SERVO", "FB_MOTORPOWER")
-#: Blocks that move the robot or start its program. They need SI(06), too (chapter 5, 2 and 3.2).
+#: Blocks that move the robot or start its program. They need SI(00) and SI(06) (chapter 5, 2 and
+#: 3.2).
 _MOVES = (
     "FB_ABSOLUTERESETMOVEMENT",
     "FB_AUTOSTART",
@@ -60,7 +61,7 @@ _OTHER_IMAGE = {
 
 
 class Mistake(NamedTuple):
-    """A first mistake: its place, its consequence, and the remedy."""
+    """A first mistake: its position in the source, its consequence, and the remedy."""
 
     file: Path
     at: Position

@@ -88,7 +88,7 @@ class Robot:
     Attributes:
         name: Its name for the user.
         copy: If a block takes the robot as a copy: its VAR_INPUT, and this block.
-        known: Whether the source decides every use of it.
+        known: Whether the source decides every use of the robot.
     """
 
     name: str

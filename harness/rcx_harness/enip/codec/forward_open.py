@@ -336,7 +336,7 @@ class OpenRequest:
         consuming: Connection point of the adapter that receives our data, or our heartbeat.
         producing: Connection point of the adapter that sends data to us.
         configuration: Configuration instance to name, if any.
-        configuration_data: Data for it, an even number of bytes.
+        configuration_data: Data for the configuration instance, an even number of bytes.
         large: Use Large Forward Open.
     """
 

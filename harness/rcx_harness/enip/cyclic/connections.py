@@ -107,8 +107,8 @@ class ConnectionParameters:
         destination: IPv4 address to send our packets to: the peer's or, at the target of a
             multicast connection, the group.
         destination_port: UDP port to send our packets to.
-        run_idle: The originator's packets carry the 32-bit run/idle header.
-        multicast: The target's packets go to a multicast group.
+        run_idle: Whether the originator's packets carry the 32-bit run/idle header.
+        multicast: Whether the target's packets go to a multicast group.
         dscp: Differentiated services code point of our packets, 0 to 63.
         first_packet_us: Upper limit of the wait for the first packet, at least `FIRST_PACKET_US`,
             for connections with a longer time-out.

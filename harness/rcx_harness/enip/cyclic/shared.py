@@ -350,7 +350,7 @@ class SharedImages(Closing):
         self._words[Word.DROPPED + reason] += 1
 
     def note_length(self, wrong: int, right: int) -> None:
-        """Save the length of a packet that was dropped because of it.
+        """Save the length of a packet that was dropped because of its length.
 
         Only the cyclic process calls it. `wrong` is the length of the packet's data, `right` the
         length that the connection expects.

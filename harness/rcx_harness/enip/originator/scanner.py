@@ -43,14 +43,14 @@ LARGEST = 1400
 
 @dataclass(frozen=True)
 class Assemblies:
-    """The assemblies of one connection; by default those of a controller with 48 bytes.
+    """The assemblies of one connection; the defaults fit a controller with areas of 48 bytes.
 
     Args:
         input_instance: Connection point of the adapter to receive from.
         heartbeat: Connection point that Input Only and Listen Only connections name instead of the
             output; None: the usual connection point.
         configuration: Configuration instance to name; None: no instance.
-        configuration_data: Data for it, an even number of bytes.
+        configuration_data: Data for the configuration instance, an even number of bytes.
     """
 
     input_size: int = SIZE

@@ -86,7 +86,7 @@ def check_transport(request: ForwardOpen) -> None:
     """Check connection types, multiplier, transport class, direction and trigger.
 
     Raises:
-        Refusal: 0x123, 0x124, 0x132, 0x133, 0x11C, 0x11D, 0x11E, 0x125.
+        Refusal: with extended status 0x123, 0x124, 0x132, 0x133, 0x11C, 0x11D, 0x11E or 0x125.
     """
     kinds = request.o_to_t.kind, request.t_to_o.kind
     if kinds == (ConnectionType.NULL, ConnectionType.NULL):
@@ -113,7 +113,7 @@ def check_explicit(request: ForwardOpen, path: ConnectionPath) -> None:
     """Check an explicit connection: its path to the Message Router and its size.
 
     Raises:
-        Refusal: 0x12F, 0x127, 0x128, 0x112.
+        Refusal: with extended status 0x12F, 0x127, 0x128 or 0x112.
     """
     if path.application() != (ClassId.MESSAGE_ROUTER, (1,)):
         raise refused(ExtendedStatus.INCONSISTENT_PATHS)
@@ -140,7 +140,8 @@ def check_cyclic(
         The application type that its paths select.
 
     Raises:
-        Refusal: 0x12F, 0x129, 0x12A, 0x12B, 0x126, 0x127, 0x128, 0x112, 0x11B.
+        Refusal: with extended status 0x12F, 0x129, 0x12A, 0x12B, 0x126, 0x127, 0x128, 0x112 or
+            0x11B.
     """
     kind = _check_paths(path)
     expected = SEQUENCE_SIZE + RUN_IDLE_SIZE + size

@@ -159,7 +159,7 @@ class ConnectionManager:
         identity: Compared with the electronic keys of requests.
         cyclic: The cyclic exchange; None for an adapter with explicit connections only.
         draw_id: Function that returns 32 random bits for a connection id. It must be impossible to
-            guess an id from other ids, including those before the last start.
+            guess an id from other ids, even from ids before the last start.
         on_refused: Function that is called with a sentence for each refused Forward Open.
         group: Multicast address to produce to.
     """

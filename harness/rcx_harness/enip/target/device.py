@@ -2,8 +2,8 @@
 
 A session is one TCP connection of a scanner, with encapsulation commands and their answers. Source:
 EtherNet/IP adaptation of CIP (volume 2), chapter 2. A command that cannot be served is answered
-with an error status. UnRegisterSession ends the connection. A frame that is too long or too slow,
-and a long silence, end it as well.
+with an error status. The connection ends with UnRegisterSession, after a frame that is too long or
+too slow, and after a long silence.
 """
 
 from __future__ import annotations
@@ -191,7 +191,7 @@ class Session:
 
 
 MAX_SESSIONS = 64
-"""As many as TCP connections (`servers`), so each connection can have a session."""
+"""The limit is equal to the limit of TCP connections (`servers`), so each can have a session."""
 
 # Identity object, status word: bit 0, and bits 4 to 7 (volume 1, chapter 5, 2.2.1.5)
 _OWNED = 0x0001

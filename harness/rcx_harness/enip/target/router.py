@@ -77,7 +77,7 @@ class Router:
     def _perform(self, request: Request) -> bytes:
         path = request.path
         if request.service == Service.GET_ATTRIBUTE_SINGLE:
-            # Data behind a read request is ignored, because some clients append an empty route.
+            # Data after a read request is ignored, because some clients append an empty route.
             value = self._objects.get(path.class_id, path.instance, path.attribute)
             return encode_reply(request.service, Status.SUCCESS, value)
         if request.service == Service.SET_ATTRIBUTE_SINGLE:

@@ -139,7 +139,7 @@ class _Connection(asyncio.BufferedProtocol):
         self.transport.resume_reading()
 
     def give_way(self) -> None:
-        """Close the connection at once, so that its place and session are free."""
+        """Close the connection at once, so that a new connection and a new session are possible."""
         self.transport.abort()
         self._leave()
 

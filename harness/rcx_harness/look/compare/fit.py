@@ -89,7 +89,8 @@ class _Search:
         self._replay, self._progress, self._base = replay, progress, base
         self._result = Fit(base)
         self._asked = asked(replay.recording.inputs)
-        # by key: its value before the fit, and the other keys that fit as well
+        # by changed key: its value before the fit, and other keys that explain the difference as
+        # well
         self._instead: dict[str, tuple[Any, list[tuple[str, Any]]]] = {}
 
     def search(self) -> Fit:
@@ -240,7 +241,7 @@ class _Search:
         return None
 
     def _as_well(self, key: str, spread_us: int) -> Iterator[tuple[str, Any]]:
-        """Return the other keys that explain the same difference as a key."""
+        """Return the other keys that explain the same difference as the changed key."""
         was, others = self._instead.get(key, (None, []))
         for other, value in others:
             changed = replace(self._result.config, **{key: was, other: value})
@@ -249,7 +250,7 @@ class _Search:
                 yield other, value
 
     def _take_delays(self) -> None:
-        """Keep each initial delay that agrees as well as the measured delay; replace all others.
+        """Replace initial delays by measured delays, unless the initial delay agrees as well.
 
         Delays are replaced one after the other, with the earlier ones already replaced, because the
         recording shows only the sum of two consecutive delays.

@@ -108,8 +108,8 @@ class History:
     def newest_first(self, before: History, latest: str) -> bool | None:
         """Return whether new alarms are before older alarms.
 
-        Return None if the order cannot be seen. `before` is the history before some alarms came,
-        `latest` the last of these alarms.
+        Return None if the order cannot be seen. `before` is the history before new alarms were
+        raised, and `latest` is the last new alarm.
         """
         ends = (self.head[:1] == (latest,), self.tail[-1:] == (latest,))
         if ends[0] != ends[1]:

@@ -43,7 +43,7 @@ def write_comment(machine: Machine, call: Call) -> None:
 
 @act(0x105)
 def read_comment(machine: Machine, call: Call) -> Response:
-    """Return the comment of a point, padded behind the text."""
+    """Return the comment of a point, padded at its end."""
     number = call.values["point"]
     filler = "\0" if machine.config.comment_filler == "zeros" else " "
     return {"point": number, "comment": machine.memory.comment(number).ljust(_LENGTH, filler)}

@@ -93,7 +93,7 @@ def _manual(call: Call) -> Pace:
 
 
 def _ways(call: Call, distance: float) -> Mapping[int, float]:
-    """Return the change of each coordinate, by place, if the tool moves along the selected axis."""
+    """Return the change of each coordinate, by its index, if the tool moves along the axis."""
     place, sign = _axis(call)
     ways = {place: sign * distance}
     if call.code in _TOOL:

@@ -48,7 +48,7 @@ class Moving(Execution):
     """A command that ends with its movement."""
 
     def __init__(self, call: Call, movement: Movement) -> None:
-        """Take over `movement`, which is under way."""
+        """Create the command for a `movement` that has already begun."""
         self.call = call
         self.movement = movement
 
@@ -193,7 +193,7 @@ def move_in_tool_coordinates(machine: Machine, call: Call) -> Moving:
     if point.mm or frame.straight:
         there = arm.frame_with(point.hand) if point.hand else frame
         ends = there.to_pulses(frame.tool_to_mm(frame.to_mm(start), way))
-    else:  # in pulses the axes are the coordinates, so each moves by its own data
+    else:  # in pulses each coordinate is an axis, so each selected axis moves by its own element
         ends = tuple(at + point.data[k] * (k in places) for k, at in enumerate(start))
     target = {
         place: round(end)
@@ -278,7 +278,7 @@ def _hand(call: Call) -> int:
 
 
 def _target(call: Call, point: Point, places: Iterable[int]) -> dict[int, int]:
-    """Return the position of a point, by place [pulses].
+    """Return the position of a point [pulses], by the place of the axis in the robot.
 
     A point without a hand system uses the arm designation; on lines and arcs it uses the current
     arm.

@@ -105,7 +105,7 @@ def read_all(path: Path) -> AllFile:
 
 
 def _sections(lines: list[str]) -> Iterator[tuple[str, int, int]]:
-    """Yield the name, the first line and the line behind the last line of each section."""
+    """Yield the name, the first line and the line after the last line of each section."""
     heads = [
         (k, match[1].upper()) for k, text in enumerate(lines, 1) if (match := _SECTION.match(text))
     ]
@@ -118,7 +118,7 @@ Body = list[tuple[int, str]]
 
 
 def _programs(body: Body, content: AllFile) -> None:
-    """Read `NAME=MAIN` and the lines of the program behind it."""
+    """Read `NAME=MAIN`, and the lines of the program that follow."""
     heads = [(k, match[1]) for k, (_, text) in enumerate(body) if (match := _NAME.match(text))]
     ends = [*(k for k, _ in heads[1:]), len(body)][: len(heads)]
     for (k, name), end in zip(heads, ends, strict=True):

@@ -40,7 +40,7 @@ class _Block:
         line: Number of its first line.
         at: Position at which it begins.
         test: Position of the condition that jumps to the next branch or behind the block; -1: none.
-        exits: Positions of the jumps behind the block.
+        exits: Positions of the jumps to the end of the block.
         name: Variable of FOR, hidden variable of SELECT, or name of SUB.
     """
 

@@ -61,7 +61,7 @@ class Order:
     """An order to a task: `what` is START, SUSPEND, RESTART or CUT.
 
     Attributes:
-        program: Name or number (place in the list of programs) of the program, or None.
+        program: Name of the program, or its number (the position in the list of programs), or None.
         task: Number of the task, or None.
         priority: For START; None: the usual one.
     """

@@ -80,7 +80,7 @@ def _place(part: object) -> int | None:
 
 
 def _filled(node: Node, values: Sequence[int | str]) -> Node:
-    """Return the node with the values in place of the marks."""
+    """Return the node in which the marks are replaced by their values."""
     args: list[Any] = []
     for part in node.args:
         place = None if isinstance(part, Node) else _place(part)
@@ -188,7 +188,7 @@ class _Builder(Transformer[Token, Node]):
 
 
 def _plain(child: Any) -> Any:
-    """Return a token as a plain text or number, everything else as it is."""
+    """Return a token as a plain text or number; return any other value unchanged."""
     if not isinstance(child, Token):
         return child
     return _number(child) if child.type == "NUMBER" else str(child)

@@ -137,8 +137,8 @@ class Program:
         labels: Positions of its labels, by name with the asterisk.
         subs: Its subroutines by name.
         texts: Its lines as written; the first is line 1.
-        integers: Variables without %, ! or $ are integers; else they are real numbers.
-        shared: Its variables are those of all programs (the steps of a robot file).
+        integers: Whether variables without %, ! or $ are integers; otherwise they are real numbers.
+        shared: Whether all programs share its variables (as the steps of a robot file do).
     """
 
     code: tuple[Instruction, ...]

@@ -88,7 +88,7 @@ def _shown(text: str) -> str:
 
 
 def _near(text: str, column: int, missing: str) -> str:
-    """Return the place of an error in words."""
+    """Return the text near an error, for the message."""
     if missing:
         return f"{missing} is missing after '{_LAST.findall(text)[-1]}'"
     rest = text[column - 1 :] if column > 0 else ""

@@ -33,7 +33,7 @@ class Lane:
     """One line of the chart.
 
     Attributes:
-        name: The text beside it.
+        name: The text beside the lane.
         colour: Its kind: `input`, `output`, `command`, `status`, `task`, `variable`, `curve` or
             `rule`.
         short: Short name in the text of a change: `SI(01)` of `SI(01) Servo ON input`.
@@ -91,7 +91,7 @@ class Lanes:
         return self.texts.setdefault(text, len(self.texts))
 
     def note(self, lane: Lane, t_us: int, value: float, *, told: bool = True) -> None:
-        """Record the value of a lane from `t_us` on; with `told` a change is an event."""
+        """Record the value of a lane from `t_us` on; with `told` a change is listed as an event."""
         if lane.packed.note(t_us, value) and told:
             self.order.append(self.number(lane))
 
