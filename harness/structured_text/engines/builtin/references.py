@@ -241,12 +241,8 @@ def _recast(pointer: Any, own: Layout, other: Layout) -> Any:
     memory = view.memory
     if isinstance(memory, Held):
         whole, rest = memory.layout, view.at_ % other.size
-        if (
-            isinstance(other, Opaque)
-            and isinstance(whole, Opaque)
-            and not view.at_
-            and other.fits(memory.pointer.V)
-        ):
+        known = isinstance(whole, Opaque) and not view.at_
+        if isinstance(other, Opaque) and known and other.fits(memory.pointer.V):
             return memory.pointer
         if isinstance(whole, Row) and whole.element == other and not rest:
             return Item(memory.pointer.V, view.at_ // other.size)  # the original type again
