@@ -46,7 +46,8 @@ if TYPE_CHECKING:
 #: Events for `Cell.inject` and for a stimulus, each with a line of help.
 EVENTS: dict[str, str] = {**SURROUNDINGS, **ROBOT_EVENTS}
 
-#: The largest seed of a command, and the largest seed of its last storm.
+#: The largest seed that a cell accepts. It exceeds the largest first seed of a command, because a
+#: campaign counts up from its first seed.
 _SEED = 2**64
 
 

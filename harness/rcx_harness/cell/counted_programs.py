@@ -19,7 +19,7 @@ from structured_text.engines.builtin.collector import CountedText, TextBranch, c
 
 __all__ = ["Plan", "count_programs", "plan_of"]
 
-#: Kinds of the instructions that never continue with the next instruction.
+#: Kinds of instructions after which a task never continues with the next instruction.
 _LEAVES = (
     *("goto", "jump", "leave", "return_", "exit_sub", "exit_task", "halt", "halt_all", "end"),
     *("resume", "resume_next", "resume_at"),

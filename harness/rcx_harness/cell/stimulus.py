@@ -21,9 +21,9 @@ from structured_text.output.units import parse_us
 
 __all__ = ["KEYS", "ROBOT", "Entry", "Stimulus", "entry_text", "stimulus_text"]
 
-#: Value of `area` for the controller's own answer.
+#: Value of the key `area` with which the PLC reads the controller's own answer again.
 ROBOT = "robot"
-#: Keys of an entry.
+#: Keys that an entry of a stimulus file may have.
 KEYS = (
     *("time", "set", "robot", "plc", "for", "hold", "release", "area", "connected"),
     *("controller", "expect", "force", "workpieces"),

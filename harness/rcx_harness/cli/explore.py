@@ -122,7 +122,7 @@ def explore(given: Options) -> None:
     """
     from structured_text.output.replays import check
 
-    # checked now, because these files are written after hours of work
+    # checked before the exploration, because these files are written after hours of work
     for name in ("broken.toml", "broken.svg"):
         check(given.out / name)
     console = Console(stderr=True)

@@ -16,7 +16,7 @@ _OF_ROBOTS = (
     *("realtime", "panel", "connect", "yes", "input_instance", "output_instance"),
     *("config_instance", "config_data", "address", "positions", "seed", "faults"),
 )
-#: Names of the options that differ from the names of their fields.
+#: By field: the name of its option, if the name is different.
 _NAMES = {"address": "from"}
 
 

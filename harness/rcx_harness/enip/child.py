@@ -95,7 +95,7 @@ def how_ended(code: int | None) -> str:
     if code is None:
         return "it does not answer any more"
     if code < 0:
-        with suppress(ValueError):  # a signal without a name
+        with suppress(ValueError):  # this number of a signal has no name
             return f"killed by {signal.Signals(-code).name}"
         return f"killed by signal {-code}"
     return f"exit code {code}"

@@ -36,7 +36,7 @@ def eds_text(
     check_size(size)
     least_us = (options or AdapterOptions()).rpi_min_us
     values = asdict(identity or Identity())
-    # pads the entry so that comments are aligned
+    # The semicolon belongs to the text that the sheet pads, so that the comments are aligned.
     values["device_type"] = f"{values['device_type']};"
     return _SHEET.read_text(encoding="ascii").format(
         **values,

@@ -25,7 +25,7 @@ CI: dict[str, str] = {
 _TEMPLATE = Path(__file__).resolve().parent / "template"
 _PLACES = [120000, -45000, 30000, 0], [-80000, 60000, 30000, 0]
 _NAME = re.compile(r"\w[\w .-]{0,59}")
-#: Names that the folder may contain already: an empty repository.
+#: Names that the folder may already contain, because an empty repository has them.
 _WELCOME = {".git"}
 
 

@@ -49,7 +49,7 @@ class Movement:
 
     def __post_init__(self) -> None:
         """Calculate the duration."""
-        # rounding errors must not add a cycle
+        # Rounded to 0.001 us first, because a rounding error must not add a cycle.
         self.duration_us = math.ceil(round(self.path.seconds * 1e6, 3))
 
     def advance(self, now_us: int, positions: list[int], workpieces: Mapping[int, int]) -> None:

@@ -51,7 +51,7 @@ VARIABLES = 32
 FIRST_REAL = 256
 #: The parameters of a robot; all others belong to an axis (guide, 4.4.2).
 ROBOT_PARAMETERS = ("WEIGHT", "WEIGHTG")
-#: Factory values are assumed: the manual does not give them.
+#: The factory values are assumed, because the manual does not give them.
 PARAMETER_DEFAULTS = {
     "WEIGHTG": 0,
     "ACCEL": 100,

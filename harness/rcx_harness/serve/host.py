@@ -81,7 +81,7 @@ class Host:
         self.failure = ""
         self._process: asyncio.subprocess.Process | None = None
         self._reader: asyncio.Task[None] | None = None
-        self._heard = asyncio.Event()  # set at its first report, or at its end
+        self._heard = asyncio.Event()  # set at the first report of the process, or at its end
         self._numbers = itertools.count(1)
         self._waiting: dict[int, asyncio.Future[tuple[str, int]]] = {}
         self._folder = ""  # folder of the recording
@@ -178,7 +178,7 @@ class Host:
 
     async def _end(self, process: asyncio.subprocess.Process) -> None:
         if process.stdin is not None:
-            process.stdin.close()  # signals the end
+            process.stdin.close()  # the process ends when its standard input ends
         try:
             await asyncio.wait_for(process.wait(), STOP_S)
         except asyncio.TimeoutError:

@@ -81,7 +81,7 @@ class Station:
         self._recorded = 0
         self._drawn = -1  # number of executed commands at the last report of the shapes
         self._listings = tuple(listings(controller))
-        self._listed = False  # the listings have been reported
+        self._listed = False  # whether the listings have been reported
         self._traced_tasks = Tasks(controller)
         self._images = images
         self._trace = trace

@@ -296,7 +296,7 @@ class Command:
             value = given[part.name]
             values[part.name] = tuple(value) if isinstance(value, list) else value
             if part.type == "text":
-                values[part.name] = str(value).rstrip(" ")  # as spaces are padding
+                values[part.name] = str(value).rstrip(" ")  # trailing spaces are padding
         return next(filter(None, (part.problem(values) for part in parts)), "")
 
 

@@ -204,7 +204,7 @@ def _files(home: Path, sources: Any) -> list[Path]:
             continue
         try:
             matching = sorted(home.glob(str(source)), key=lambda file: file.parts)
-        except (NotImplementedError, ValueError):  # an absolute or empty pattern
+        except (NotImplementedError, ValueError):  # the pattern is absolute or empty
             matching = []
         if not matching:
             raise InputError(f"no file is called {source}", file=home, hint="correct rcx_sources")

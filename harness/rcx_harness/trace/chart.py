@@ -43,7 +43,7 @@ __all__ = [
 #: Limit of instants in a chart, to keep it readable; a wave file has all of them.
 MOST_INSTANTS = 400
 
-#: Least and greatest number of characters for the names; between them, two fifths of the width.
+#: The names get two fifths of the width, but at least and at most these numbers of characters.
 _LABEL = (26, 50)
 #: A watched variable with more changes gets no separate columns.
 _OFTEN = 50
@@ -56,7 +56,7 @@ _TOO_FEW = 2
 
 _WORD = ElementaryType("WORD")
 
-#: Text instead of a chart without a change.
+#: Text that is shown instead of a chart if nothing has changed.
 NOTHING = "no dedicated signal and no remote command changed"
 
 
@@ -119,7 +119,7 @@ class Lane:
 
     @property
     def is_restless(self) -> bool:
-        """Return whether it changes too often for a column for each change."""
+        """Return whether the lane changes too often to get a column for each change."""
         return len(self.changes) > _OFTEN
 
     def spans(self, begin_us: int, end_us: int) -> Iterator[tuple[int, int, Any]]:
@@ -260,7 +260,8 @@ class Timeline:
     """
 
     def __init__(self, trace: samples.Trace[Any] | None = None) -> None:
-        alone = trace is not None and "size" not in trace.header  # without a robot
+        # a trace of a program without a robot has no size of areas
+        alone = trace is not None and "size" not in trace.header
         self._controllers = {} if alone else {1: _Signals(1)}
         self._variables = _Variables(trace.watched if trace is not None else {})
         self._positions = [

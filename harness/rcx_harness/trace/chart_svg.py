@@ -41,9 +41,9 @@ __all__ = [
 CURVE = 40
 
 _COLUMN, _ROW = 74, 30
-#: Width of a letter: of a name, of a text in a small box, of a value.
+#: Width of a letter in pixels: in a name, in a text in a small box, in a value.
 _LETTER, _SMALL, _VALUE = 7.6, 5.9, 7.3
-#: Room for the columns of a band.
+#: Width for the columns of a band, in pixels.
 _ROOM = 12 * _COLUMN
 _LEAD = 24
 _HEAD = 46
@@ -76,7 +76,7 @@ STYLE = (
     "path{fill:none;stroke-width:1.8;stroke-linejoin:round}"
 )
 
-#: Start position, end position, value.
+#: A piece of a lane: start position, end position, value.
 _Span = tuple[float, float, Any]
 
 

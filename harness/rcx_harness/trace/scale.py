@@ -26,7 +26,7 @@ _STEPS = (
     *(k * _MIN for k in (1, 2, 5, 10, 20, 30, 60)),
 )
 
-#: The picture [pixels].
+#: Sizes in the picture [pixels].
 _PLOT, _LETTER = 1000, 7.6
 _ROW, _TOP, _HEAD, _GAP = 28, 44, 34, 16
 _MARKS = 10

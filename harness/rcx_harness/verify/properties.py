@@ -193,7 +193,7 @@ def _blamed(
     user's path of the file if `file` is a copy.
     """
     if isinstance(error, KeyboardInterrupt) and not _is_raised(error):
-        return error  # Ctrl-C
+        return error  # the user has pressed Ctrl-C
     name = f"{property_}: " if property_ else ""
     line = _line(error, file)
     if isinstance(error, InputError):

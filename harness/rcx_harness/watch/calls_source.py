@@ -321,7 +321,7 @@ class _Calls:
             if isinstance(one, s.CallStatement) and (block := self._called(one)) is not None:
                 yield one, block
 
-    # --- one call ---
+    # --- checks of one call ---
 
     def _call(
         self, one: s.CallStatement, block: _Block, way: _Way, guards: tuple[int, ...], loop: bool

@@ -110,7 +110,7 @@ class _Mistakes:
     def _at(self, call: Call, text: str) -> Mistake:
         return Mistake(self._files[call.file], call.node.at, text)
 
-    # --- FB_ReadArea, FB_WriteArea ---
+    # --- missing calls of FB_ReadArea and FB_WriteArea ---
 
     def _missing(self, robot: Robot) -> Iterator[Mistake]:
         """Find a robot with calls of blocks, but without FB_ReadArea or FB_WriteArea."""
@@ -215,7 +215,7 @@ class _Mistakes:
             and all(self._used.stays_false(call, pin) for call in calls)
         )
 
-    # --- images ---
+    # --- wrong process images ---
 
     def _wrong_images(self, robot: Robot) -> Iterator[Mistake]:
         """Find an area block with the image of the other direction."""

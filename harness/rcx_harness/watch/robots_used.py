@@ -188,7 +188,7 @@ class RobotsUsed:
             bodies.append(self._project.pous[above])
             above = self._project.objects.extended.get(above, "")
         for pou in bodies:
-            if pou.file not in self._files:  # it extends a block of the library
+            if pou.file not in self._files:  # the block extends a block of the library
                 continue
             self._note_uses(frame.pou, pou.body)
             for node in nodes(pou.body):

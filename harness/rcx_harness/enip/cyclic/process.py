@@ -158,7 +158,8 @@ def main(argument: str) -> None:
     with images:
         try:
             cyclic = _Cyclic(images, settings["host"], settings["port"], Role(settings["role"]))
-        except (OSError, OverflowError, UnicodeError) as error:  # also: bad port or host name
+        # also raised for a bad port or host name
+        except (OSError, OverflowError, UnicodeError) as error:
             tell({"error": str(error)})
             return
         gc.disable()  # the loop creates no reference cycles, so no collection is needed

@@ -55,8 +55,8 @@ class Word(IntEnum):
     """Words of the status block; most are written by the process of the cyclic exchange."""
 
     SIZE = 0  # written once, by the creator
-    LINK = 1  # by the parent
-    RUN = 2  # by the scanner
+    LINK = 1  # written by the parent
+    RUN = 2  # written by the scanner
     OWNER = 3  # generation << 8 | OwnerState
     PEER = 4
     O_TO_T_API = 5
@@ -68,12 +68,12 @@ class Word(IntEnum):
     SENT = 11
     MISSING = 12
     SKIPPED = 13
-    ARRIVED = 14  # monotonic clock in microseconds
+    ARRIVED = 14  # time on the monotonic clock in microseconds
     GAPS = 15  # number of stored gaps
     SENDING_ENDS = 16  # monotonic clock in microseconds, 0 for never; by the scanner
-    TO_ROBOT_SIZE = 17  # once, by the creator
-    CYCLIC_ALIVE = 18  # monotonic clock in microseconds
-    ADAPTER_ALIVE = 19  # the same, by the adapter's process
+    TO_ROBOT_SIZE = 17  # written once, by the creator
+    CYCLIC_ALIVE = 18  # time on the monotonic clock in microseconds
+    ADAPTER_ALIVE = 19  # time of the same clock, written by the adapter's process
     # bytes of the connected data in the last packet that was dropped for its length
     WRONG_LENGTH = 20
     RIGHT_LENGTH = 21  # bytes that the connection of that packet expects

@@ -59,7 +59,8 @@ class Client(Closing):
         self._session = 0
         try:
             self.socket = socket.create_connection((host, port), timeout_s, (source, 0))
-        except (OSError, OverflowError, UnicodeError) as error:  # also: bad port or host name
+        # also raised for a bad port or host name
+        except (OSError, OverflowError, UnicodeError) as error:
             raise EnipError(
                 f"no connection to the EtherNet/IP adapter at {self._name}: {error}",
                 hint="check that it is running and that this is its address",

@@ -79,7 +79,8 @@ class _Adapter:
             await self._start()
         except EnipError as error:
             tell({"refused": str(error)})
-        except (OSError, OverflowError, UnicodeError) as error:  # also: bad port or host name
+        # also raised for a bad port or host name
+        except (OSError, OverflowError, UnicodeError) as error:
             tell({"error": str(error)})
         else:
             await self._until_parent_gone()
@@ -166,7 +167,7 @@ class _Adapter:
                 pass
             self._loop.call_soon_threadsafe(parent_gone.set)
 
-        # In a thread, because the event loop of some platforms cannot wait for a pipe.
+        # A thread waits, because the event loop of some platforms cannot wait for a pipe.
         threading.Thread(target=wait_for_parent, daemon=True).start()
         waiting = asyncio.create_task(parent_gone.wait())
         looking = asyncio.create_task(self._look())

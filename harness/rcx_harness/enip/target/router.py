@@ -146,7 +146,7 @@ class Router:
                 if known
                 else ExtendedStatus.PORT_NOT_AVAILABLE
             )
-            # remaining words of the route, and a reserved byte
+            # the data are the number of remaining words of the route, and a reserved byte
             raise Refusal(Status.CONNECTION_FAILURE, (code,), bytes([words, 0]))
         message = data[_UNCONNECTED_SEND.size : end]
         if length < 2 or routed:

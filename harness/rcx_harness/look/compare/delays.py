@@ -197,7 +197,7 @@ class Guide:
         us = min(found)
         again = [self._asked[name].next_change(now_us + 1, to) for name, to in _ASKED.get(key, ())]
         if key in _OF_COMMANDS or (
-            key != "status_reset_delay"  # no other code ends this delay
+            key != "status_reset_delay"  # a change of the code does not end this delay
             and STATUS in dict(_ANSWERS[key])
             and self._recorded[STATUS].at(now_us) == RUN
         ):

@@ -13,7 +13,7 @@ from rcx_harness.robot.stored import Hand, Pallet, Point, from_bits, parameter_n
 
 _LENGTH = 16
 _OPERATORS = {0x204: "+", 0x208: "-", 0x20C: "*", 0x210: "/"}
-#: Units of these parameters (kg, g) in one kg of the maximum payload.
+#: Number of units of each parameter (kg, g) in one kg of the maximum payload.
 _PAYLOADS = {"WEIGHT": 1, "WEIGHTG": 1000, "AXWGHT": 1}
 _SUBTRACT = 0x235
 _MM = 0x241

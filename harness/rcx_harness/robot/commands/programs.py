@@ -14,8 +14,8 @@ from rcx_harness.robot.program.task import NEXT_LINE, RUN, STEP
 from rcx_harness.robot.signals import dedicated_outputs
 
 _KINDS = ("DI", "DO", "MO", "LO", "TO", "SI", "SO")
-_DEDICATED = 2  # SO0() and SO1()
-_STOP_PORT, _STOP_BIT = 0, 6  # DI(06)
+_DEDICATED = 2  # number of dedicated ports: SO0() and SO1()
+_STOP_PORT, _STOP_BIT = 0, 6  # DI(06), the stop input of the parallel I/O board
 _ALL, _NUMBER, _TASK = 0, 1, 2  # designation methods; any other is the name
 _NAME_LENGTH = 16
 _COMMON, _IN_COMMON = "COMMON", 10000

@@ -48,7 +48,7 @@ class Brought:
             count = ROBOTS if name in ROBOT_PARAMETERS else axes
             default = given.get(0, PARAMETER_DEFAULTS.get(name, 0))
             listed[name] = tuple(given.get(place, default) for place in range(1, count + 1))
-        if "WEIGHTG" in listed:  # both parameters set the payload
+        if "WEIGHTG" in listed:  # WEIGHT and WEIGHTG both set the payload
             listed.pop("WEIGHT", None)
         return listed
 

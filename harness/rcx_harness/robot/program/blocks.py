@@ -84,7 +84,9 @@ class _Linker:
             if line.label in self.labels:
                 self._error(f"the label {line.label} occurs twice", "rename one of them")
             if line.statement is None:
-                self._emit("label")  # a jump continues behind it: a label alone is not a line
+                # a jump continues after this instruction, because a label alone is not a line to
+                # execute
+                self._emit("label")
             self.labels[line.label] = len(self.code)
         if line.statement is not None:
             self._statement(line.statement)

@@ -234,7 +234,7 @@ _REQUESTS: dict[str, Callable[[Instruction, Surroundings, Scope], Request]] = {
 
 # --- statements that change settings ---
 
-#: Speeds of a robot: fields of its settings.
+#: By statement: the field of the robot's settings that contains the speed.
 _SPEED_SETTINGS = {"SPEED": "program_speed", "ASPEED": "auto_speed"}
 
 

@@ -26,8 +26,8 @@ __all__ = [
 
 #: Kinds of the instructions that start a movement.
 MOVES = ("move", "movei", "movet", "drive", "drivei", "pmove", "push", "path_start")
-#: Results of an instruction in place of the position of the next one: continue behind it, or
-#: continue in this instruction in the next cycle.
+#: Results of an instruction that does not jump. NEXT: continue with the following instruction.
+#: STAY: continue in this instruction in the next cycle.
 NEXT, STAY = -1, -2
 #: The options of movements that are names, as they are written before `=`.
 OPTIONS = (
@@ -50,7 +50,7 @@ OPTIONS = (
 #: from the end of a branch to the end of its block.
 SILENT = ("label", "declare", "leave")
 
-#: The functions that return a coordinate, with its place: LOCX is LOC1.
+#: The functions that return a coordinate, with the index of the coordinate: LOCX is LOC1.
 COORDINATES = {
     f"LOC{name}": place for names in ("XYZRAB", "123456") for place, name in enumerate(names)
 }

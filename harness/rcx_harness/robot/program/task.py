@@ -117,7 +117,7 @@ class RobotTask:
         base = name.partition("(")[0].removeprefix("DIM@")
         while depth >= 0:
             frame = self.frames[depth]
-            if frame.variables is None:  # a GOSUB
+            if frame.variables is None:  # a GOSUB has no variables of its own
                 depth -= 1
             elif base in frame.references:
                 depth, other = frame.references[base]

@@ -36,7 +36,7 @@ FAULTS = {
     "link": "the link is lost and comes back",
     "alarm": "the controller has an alarm",
 }
-#: The events of these faults, each with its description.
+#: The events that `FAULTS` inject, each with its description.
 _EVENTS = {
     "link_down": "link lost",
     "link_up": "link up",

@@ -43,7 +43,7 @@ from structured_text.prove.assertions import VARIABLE, Copies
 
 __all__ = ["Choice", "Explored", "Settings", "explore", "refuse"]
 
-#: Bytes of the digest that identifies a state.
+#: Number of bytes of the digest that identifies a state.
 _DIGEST = 16
 #: Bytes of the length field at the end of a state, after the controller and the monitors.
 _LENGTH = 4
