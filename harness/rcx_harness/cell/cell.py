@@ -223,8 +223,8 @@ class Cell(Bench):
             dialect: The PLC tool whose behaviour the program gets; default: the tool of the
                 project's format, or plain Structured Text.
             device: The device to read if a project has several devices.
-            connect: An external controller instead of a virtual one; `robot` must be None then, and
-                `link` is not used.
+            connect: An external controller instead of a virtual controller; `robot` must then be
+                None, and `link` is not used.
             keep: Number of trace records in memory; each snapshot contains them.
             through: Function that wraps the program in an object through which the cell accesses
                 it.
@@ -357,8 +357,8 @@ class Cell(Bench):
         """Let the PLC read these bytes from its next scan on, instead of a controller's answer.
 
         Args:
-            area: The first bytes of its input area; further bytes are 0. None: the controller's
-                answer.
+            area: The first bytes of the PLC's input area; further bytes are 0. None: the
+                controller's answer.
             connected: The connection status that the PLC's scanner shows while the PLC reads such
                 bytes.
             controller: The number of the controller, from 1.

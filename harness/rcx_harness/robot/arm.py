@@ -138,9 +138,9 @@ class Arm:
 
     Attributes:
         number: 1 to 4.
-        indices: Indices of its axes in the controller; empty if the robot does not exist.
-        model: Its type, if the robot file names one.
-        scara: Whether it is a SCARA robot.
+        indices: Indices of the robot's axes in the controller; empty if the robot does not exist.
+        model: The type of the robot, if the robot file names a type.
+        scara: Whether the robot is a SCARA robot.
     """
 
     def __init__(

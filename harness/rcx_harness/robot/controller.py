@@ -246,7 +246,7 @@ class Controller:
         """Go back to the state of a snapshot; the snapshot can be used again.
 
         Raises:
-            InputError: the snapshot is not one of a controller with this configuration.
+            InputError: the snapshot was made by a controller with another configuration.
         """
         if not isinstance(snapshot, _State) or snapshot.machine.config != self.config:
             raise InputError("this snapshot is from a controller with another configuration")

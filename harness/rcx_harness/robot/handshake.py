@@ -293,7 +293,7 @@ def _check(machine: Machine, words: Words) -> Call:
     """Check code, robot, authority and format of a command, and return the call.
 
     Raises:
-        CommandError: with the alarm of the first check that fails.
+        CommandError: a check has failed; the error has the alarm of the first failed check.
     """
     config = machine.config
     entry = commands().get(words[0] & 0x0FFF)

@@ -180,8 +180,8 @@ class OriginRun:
     """One return-to-origin.
 
     Attributes:
-        groups: Axes that have not arrived, in groups that move one after the other; the first moves
-            now.
+        groups: Axes that have not arrived, in groups that move in sequence; the first group is
+            moving now.
         done: Whether all axes have arrived.
         stopped_by: Number of the alarm that stopped the return-to-origin, else empty.
         by_command: Whether a remote command waits for the end, and reports an alarm that stops it.
@@ -202,7 +202,7 @@ class Origins:
     """The origin state of each axis, and the return-to-origin under way.
 
     Attributes:
-        complete: Per axis, whether its return-to-origin is complete.
+        complete: For each axis, whether its return-to-origin is complete.
     """
 
     def __init__(self, config: RobotConfig) -> None:

@@ -122,8 +122,8 @@ class Path:
         target: Target [pulses] of each moving axis by its index.
         seconds: Time from start to target.
         arrival: Parameter with the distance at which an axis counts as arrived.
-        approach: Earliest time [s] at which an axis counts as arrived: an axis may pass its target
-            before.
+        approach: Earliest time [s] at which an axis counts as arrived, because an axis may pass its
+            target earlier.
     """
 
     target: Mapping[int, int]

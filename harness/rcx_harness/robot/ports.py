@@ -134,8 +134,8 @@ class Ports:
         inputs: The last area that the master sent.
         outputs: The output area with the outputs of the robot programs.
         banks: All other ports by kind: one byte each.
-        accesses: The ports that statements of robot programs have read and changed since the caller
-            has last emptied this list; None: nothing is recorded.
+        accesses: The ports that statements of robot programs have read and changed. The caller
+            empties this list after reading. None: nothing is recorded.
         statement: Program and line of the statement that is executed, while accesses are recorded.
     """
 

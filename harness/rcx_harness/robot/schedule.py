@@ -18,7 +18,7 @@ class AxisLimits:
     """One axis of a movement along a curve, with its positions and limits.
 
     Attributes:
-        places: Its positions [pulses] after equal steps of the path.
+        places: Positions of the axis [pulses] after equal steps of the path.
         speed: Highest speed [pulses/s].
         up: Acceleration [pulses/s^2].
         down: Deceleration [pulses/s^2].

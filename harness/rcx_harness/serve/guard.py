@@ -67,7 +67,7 @@ class TokenServer:
 
     Args:
         option: The option of the command line for the port, for messages.
-        token: First part of the paths; default: a random one.
+        token: First part of the paths; default: a random token.
     """
 
     def __init__(

@@ -40,9 +40,9 @@ class Settings:
     """The settings of one served controller.
 
     Args:
-        robot: File with its properties; empty for the defaults.
-        trace: File for its trace; empty for none.
-        size: Bytes of its areas, 48 or 256; None for the size in the file.
+        robot: File with the properties of the controller; empty for the defaults.
+        trace: File for the trace of the controller; empty: no trace.
+        size: Bytes of the controller's areas, 48 or 256; None for the size in the file.
     """
 
     host: str = "127.0.0.1"
@@ -60,11 +60,12 @@ class Host:
     """A served controller in a separate process.
 
     Attributes:
-        size: Bytes of its areas, once it has started.
+        size: Bytes of the controller's areas, known after `start`.
         ended: Event that is set when the process has ended, unexpectedly or not.
-        shapes: Geometry of its robots (`rcx_harness.robot.shape`).
+        shapes: Geometry of the controller's robots (`rcx_harness.robot.shape`).
         drawn: Number of times that `shapes` has changed.
-        listings: Its robot programs (`rcx_harness.robot.listing`); empty if none is a text.
+        listings: The controller's robot programs (`rcx_harness.robot.listing`); empty if none is a
+            text.
         way: Latest positions during movements, as in `Status.way`; the page reads them before they
             are dropped.
         failure: The process that has ended by itself, and how; empty while all run.

@@ -48,9 +48,9 @@ class Joint:
         pulses_per_unit: Pulses per mm or degree.
         zero: Position at 0 mm or 0 degrees [pulses].
         speed: The highest speed, per second.
-        power: Power of its motor [W].
+        power: Power of the axis' motor [W].
         reach: Distance from the axis of a rotating arm to its stretched end [m]; otherwise 1.
-        turns: Whether it rotates.
+        turns: Whether the axis rotates.
         largest: The largest load, for the R axis the largest moment of inertia [kg, kg m^2].
         per_load: Part of `largest` for each kg of the load.
         own: Mass of the axis itself [kg], if it is known; 0: the law's share of `largest`.
@@ -89,8 +89,8 @@ class RobotModel:
 
     Attributes:
         also: Further remarks.
-        arms: Lengths of arm 1 and 2 of a SCARA robot [mm]; empty for a Cartesian one.
-        payload: Its largest load [kg].
+        arms: Lengths of arm 1 and 2 of a SCARA robot [mm]; empty for a Cartesian robot.
+        payload: The largest load of the robot [kg].
         cycles: Standard cycle times by load: [kg] to [s]; the catalogue's value is first.
     """
 

@@ -144,7 +144,7 @@ class Look:
         high: Height from OFF to ON.
         edge: Half the width of an edge.
         digits: Position of a word's digits, right of its edge and above OFF.
-        room: A box that is narrower than this has no digits.
+        room: Width of the narrowest box that shows digits.
         filled: Whether ON is filled and the box of a word shows its digits as a tooltip.
         whole: Whether a curve is scaled to the values of the whole run instead of the shown part,
             and has as many points as are visible.

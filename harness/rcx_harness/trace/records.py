@@ -222,8 +222,8 @@ class _Order:
     """The check of the order of scans and cycles in a trace, which reveals missing lines.
 
     Args:
-        changes: Whether the trace has only records with changes, like that of `rcx serve`: their
-            numbers have gaps, and a cycle may have two changes.
+        changes: Whether the trace has only records with changes, like a trace of `rcx serve`. The
+            numbers of such records have gaps, and a cycle may have two changes.
     """
 
     def __init__(self, *, changes: bool) -> None:

@@ -64,7 +64,8 @@ class Declared:
         name: The name in messages.
         that: The demanded condition, or a function of the cell that returns it.
         within_us: `that` must hold within this time [us]. None: `that` always holds.
-        after: The time starts when this becomes true. None: it runs whenever `that` is false.
+        after: The time starts when this condition becomes true. None: the time runs whenever `that`
+            is false.
         file: The file that declares the property.
         home: The user's path of the file if `file` is a copy; None: `file` is not a copy.
     """
@@ -140,7 +141,7 @@ def eventually(
 
     Args:
         within: The time.
-        after: The time starts when this becomes true. Without it, the time starts when the
+        after: The time starts when this condition becomes true. None: the time starts when the
             property is false.
         name: The name in messages. Default: the name of the function, with blanks.
     """

@@ -60,7 +60,7 @@ class CallPlan(NamedTuple):
 
     Attributes:
         blocks: Types to watch, in upper case, with the index of the RCX_REF among their VAR_IN_OUT;
-            None for a block that contains its robots.
+            None for a block that declares its robots itself.
         owners: The user's programs and blocks, by type in upper case, with the watched instances in
             each. Empty if every call is certain and nothing needs watching.
     """
@@ -136,12 +136,13 @@ class _Block:
 
     Attributes:
         name: In upper case.
-        pin: Its VAR_IN_OUT of type RCX_REF, in upper case; empty if it has none.
+        pin: The block's VAR_IN_OUT of type RCX_REF, in upper case; empty if there is none.
         place: Index of `pin` among the VAR_IN_OUT.
-        watched: Whether it needs exactly one call in each scan.
-        works: Whether it has an Execute or Enable, is an area block, or contains such blocks.
-        asks: Whether it requests something from the robot, so that it fails outside of the area
+        watched: Whether the block needs exactly one call in each scan.
+        works: Whether the block has an Execute or Enable, is an area block, or contains such
             blocks.
+        asks: Whether the block requests something from the robot. A call outside of the area blocks
+            then fails.
     """
 
     name: str
@@ -235,7 +236,7 @@ class _Calls:
 
     Attributes:
         blocks: All types of blocks.
-        called: Its watched instances, in upper case.
+        called: The watched instances of the program or block, in upper case.
         varies: Whether a robot is selected by an index that is not constant.
     """
 

@@ -211,7 +211,8 @@ class _Found(NamedTuple):
     """The data of an instance: its contract, path, pins and the blocks around it.
 
     Attributes:
-        outermost: Whether a program declares it. A block may call an inner block twice in a scan.
+        outermost: Whether a program declares the instance. A block may call an inner block twice in
+            a scan.
         topmost: Whether no instance around it is watched. Only such an instance reports a call
             outside of FB_ReadArea and FB_WriteArea.
     """

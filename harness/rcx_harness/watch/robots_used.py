@@ -86,7 +86,7 @@ class Robot:
     """A robot and the calls for it.
 
     Attributes:
-        name: Its name for the user.
+        name: The name of the robot in messages.
         copy: If a block takes the robot as a copy: its VAR_INPUT, and this block.
         known: Whether the source decides every use of the robot.
     """

@@ -102,8 +102,8 @@ class ConnectionParameters:
             run/idle header); 0 for a heartbeat.
         t_to_o_size: Bytes of application data from the target (without sequence count).
         multiplier: Connection time-out multiplier as coded, 0 to 7 (4 to 512 intervals).
-        peer: IPv4 address of the other end; packets from other addresses are dropped. Its UDP port
-            is not checked.
+        peer: IPv4 address of the other end; packets from other addresses are dropped. The UDP port
+            of the peer is not checked.
         destination: IPv4 address to send our packets to: the peer's or, at the target of a
             multicast connection, the group.
         destination_port: UDP port to send our packets to.

@@ -37,7 +37,7 @@ class Journal:
     """A ring of short records.
 
     Args:
-        memory: The part of the shared memory for it: `NEEDS` bytes, initially zero.
+        memory: The part of the shared memory for the journal: `NEEDS` bytes, initially zero.
     """
 
     NEEDS = _WORD + _SLOTS * _SLOT
@@ -90,7 +90,8 @@ class ConnectionEvent:
 
     Attributes:
         at_us: Time by the clock of `shared.now_us`.
-        state: `waiting` (just opened), `run` or `idle`; after its end `closed` or an `EndReason`.
+        state: `waiting` (just opened), `run` or `idle`; after the end of the connection `closed` or
+            an `EndReason`.
         readers: Number of open connections that write nothing.
     """
 

@@ -109,7 +109,7 @@ class Client(Closing):
         """Send a CIP request with further items, such as socket addresses.
 
         Returns:
-            The reply and the items that came with it.
+            The reply, and the items that have arrived with the reply.
         """
         answer = self._exchange(Command.SEND_RR_DATA, unconnected(message, *items))
         content = unconnected_items(answer.data)

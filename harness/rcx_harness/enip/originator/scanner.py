@@ -140,7 +140,8 @@ class Scanner(Closing):
     Args:
         size: Bytes of each area of the controller (48 or 256), or an `Assemblies` object.
         rpi_us: Requested packet interval in microseconds.
-        kind: Application type. Only an exclusive owner sends data, the others send a heartbeat.
+        kind: Application type. Only an exclusive owner sends data; the other types send a
+            heartbeat.
         multiplier: Connection time-out multiplier as coded: 0 to 7 for 4 to 512 intervals.
         address: IPv4 address of this machine to send from; empty: the system chooses.
         io_port: Our UDP port; None for 2222 or, if that is in use, any free port.

@@ -40,9 +40,9 @@ class Knob:
         value: The value with which both sides agree; (shortest, longest) in ms for a delay that
             varies.
         found: Whether the recording decides the value: with another value, both sides would differ.
-        why: The reason in one line.
+        why: The reason for the value, in one line.
         others: Other values with which both sides agree.
-        instead: Other keys with values. Each of them has the same effect if this key stays
+        instead: Other keys with values. Each of these keys has the same effect if `key` stays
             unchanged.
     """
 

@@ -83,8 +83,8 @@ class Carrier:
 
         Raises:
             LostError: the connection is gone.
-            RefusedError: a definition ended in an alarm; or it did not end in time, so it may have
-                been executed. The definitions before it have been executed.
+            RefusedError: a definition ended in an alarm, or did not end in time, so it may have
+                been executed. All earlier definitions have been executed.
         """
         for done, key in enumerate(wanted):
             self._run("Write", key, **_fields(key[0], stored.values.get(key, "")))

@@ -238,7 +238,7 @@ def alarm_code(number: Any, key: str = "alarm") -> tuple[int, int]:
     """Return group and category of an alarm number.
 
     Raises:
-        InputError: it is not a number like `"12.600"`.
+        InputError: the text is not an alarm number like `"12.600"`.
     """
     match = re.fullmatch(r"(\d{1,5})\.(\d{1,5})", number) if isinstance(number, str) else None
     code = (int(match[1]), int(match[2])) if match else (-1, -1)

@@ -57,7 +57,7 @@ def brought(file: Path, table: dict[str, Any]) -> Brought:
     """Read the files that a robot file names, and remove `data_file` from `table`.
 
     Raises:
-        InputError: a file cannot be read, or the first error in it.
+        InputError: a file cannot be read, or has an error; the first error is raised.
     """
     own = table.get("programs", [])
     own = own if isinstance(own, list) and all(isinstance(one, dict) for one in own) else []

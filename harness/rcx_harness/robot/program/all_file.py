@@ -81,7 +81,7 @@ def read_all(path: Path) -> AllFile:
     """Read a file with all data of a controller.
 
     Raises:
-        InputError: it cannot be read, it has no section, or two programs have the same name.
+        InputError: the file cannot be read, has no section, or has two programs of the same name.
     """
     content = AllFile()
     lines = text_of(path).splitlines()

@@ -37,9 +37,10 @@ class _Block:
 
     Attributes:
         kind: IF, FOR, WHILE, SELECT or SUB.
-        line: Number of its first line.
-        at: Position at which it begins.
-        test: Position of the condition that jumps to the next branch or behind the block; -1: none.
+        line: Number of the block's first line.
+        at: Position at which the block begins.
+        test: Position of the condition that jumps to the next branch or to the end of the block;
+            -1: none.
         exits: Positions of the jumps to the end of the block.
         name: Variable of FOR, hidden variable of SELECT, or name of SUB.
     """

@@ -63,7 +63,7 @@ class Order:
     Attributes:
         program: Name of the program, or its number (the position in the list of programs), or None.
         task: Number of the task, or None.
-        priority: For START; None: the usual one.
+        priority: Priority of a task that START starts; None: the usual priority.
     """
 
     what: str

@@ -158,7 +158,7 @@ def number_of(value: Value, config: RobotConfig) -> int | float:
     """Return a number as it is.
 
     Raises:
-        CommandError: it is a text or a point.
+        CommandError: the value is a text or a point.
     """
     if isinstance(value, (int, float)):
         return value

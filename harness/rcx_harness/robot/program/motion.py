@@ -53,9 +53,9 @@ class Way:
     """A path that PATH statements define.
 
     Attributes:
-        start: Its start [pulses].
+        start: The start of the path [pulses].
         parts: The points of each line or arc, and its speed and accelerations as in a Request.
-        ended: PATH END has ended its definition.
+        ended: Whether PATH END has ended the definition.
     """
 
     start: tuple[int, ...]

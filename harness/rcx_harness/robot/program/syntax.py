@@ -81,7 +81,7 @@ class Node:
 
     Attributes:
         kind: Name of the rule, such as `add` or `variable`.
-        args: Its parts: nodes, numbers and texts; None for an optional part that is missing.
+        args: The parts of the node: nodes, numbers and texts; None for a missing optional part.
     """
 
     kind: str
@@ -102,8 +102,8 @@ class Instruction:
     Attributes:
         kind: Name of the rule in grammar.lark, or name of a jump that blocks.py adds.
         args: The parts of the statement.
-        line: Number of its line in the file, from 1.
-        jump: Position of the code to which it may jump; -1 if it does not jump.
+        line: Number of the instruction's line in the file, from 1.
+        jump: Position in the code to which the instruction may jump; -1 if it does not jump.
         behind: Position behind the statement, if the statement has several instructions; else -1.
     """
 
@@ -133,12 +133,13 @@ class Program:
     """A robot program that can be executed; it never changes.
 
     Attributes:
-        code: Its instructions.
-        labels: Positions of its labels, by name with the asterisk.
-        subs: Its subroutines by name.
-        texts: Its lines as written; the first is line 1.
+        code: The instructions of the program.
+        labels: Positions of the labels, by name with the asterisk.
+        subs: The subroutines by name.
+        texts: The lines of the program as written; the first is line 1.
         integers: Whether variables without %, ! or $ are integers; otherwise they are real numbers.
-        shared: Whether all programs share its variables (as the steps of a robot file do).
+        shared: Whether the program shares its variables with all programs, as the steps of a robot
+            file do.
     """
 
     code: tuple[Instruction, ...]

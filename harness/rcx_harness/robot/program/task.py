@@ -27,11 +27,12 @@ class RobotTask:
     `state` is `ready` (reset, or not yet started), `running`, `stopped`, `suspended` or `ended`.
 
     Attributes:
-        number: Its number in the table of tasks; 0 while the program is not registered.
+        number: Number of the task in the table of tasks; 0 while the program is not registered.
         priority: 1 (first in each cycle) to 64.
-        temporary: START has registered it, so it leaves the table at its end or reset.
-        variables: Its variables by name; elements of arrays as `A%(3)`.
-        begun: Position of the instruction that has begun and not ended; -1: none.
+        temporary: Whether START has registered the task. It then leaves the table at its end or
+            reset.
+        variables: The variables of the program by name; elements of arrays as `A%(3)`.
+        begun: Position of the instruction that has begun and has not ended yet; -1: none.
         full_cycles: Number of cycles in which the task has used up its statements, for example in
             an endless loop.
         full_line: The line of the task at the end of the last cycle that `full_cycles` counts.

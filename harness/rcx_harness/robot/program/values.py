@@ -24,7 +24,7 @@ def convert(name: str, value: Value, config: RobotConfig, *, integers: bool) -> 
     """Return a value as the variable `name` holds it: A% integer, A! real, A$ text.
 
     Raises:
-        CommandError: the value has another type, or it is too large.
+        CommandError: the value has another type, or is too large.
     """
     if "@" in name:  # `name` is the limit of a FOR, which the reader has added
         return value
@@ -41,7 +41,7 @@ def integer(value: Value, config: RobotConfig) -> int:
     """Return a number as an integer of 32 bits, rounded as configured.
 
     Raises:
-        CommandError: it is not a number, or it is too large.
+        CommandError: the value is not a number, or is too large.
     """
     plain = _numeric(value, config)
     if isinstance(plain, float):
@@ -58,7 +58,7 @@ def number(value: Value, config: RobotConfig) -> float:
     """Return a number in single precision.
 
     Raises:
-        CommandError: it is not a number, or it is too large.
+        CommandError: the value is not a number, or is too large.
     """
     result = single(float(_numeric(value, config)))
     if not math.isfinite(result):

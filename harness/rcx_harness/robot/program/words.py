@@ -31,7 +31,7 @@ class Word:
     Attributes:
         name: The word.
         group: Its group, such as `flow`.
-        form: How it is written.
+        form: Its notation in a statement.
         source: `guide`, `public` or `assumed`.
         text: Its effect in this controller.
         instead: The replacement for a word that is not executed.

@@ -107,7 +107,7 @@ class Explored:
     """The result of an exploration.
 
     Attributes:
-        result: The figures, and the first broken rule. Its path contains `Choice` items.
+        result: The figures, and the first broken rule with its path, which contains `Choice` items.
         inputs: The possible values of each input.
         left: Inputs without given values, which stay at their initial value.
         areas: The area that the PLC reads in each scan of the path, and the state of the link.
