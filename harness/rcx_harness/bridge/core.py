@@ -174,7 +174,7 @@ class Actions:
 
 
 class Bridge:
-    """The state machine between the two sides.
+    """The state machine between PLC and robot.
 
     The handshake after a loss has three parts. First the PLC receives life word 0 and zeros for at
     least `hold_us`. Then the PLC's heartbeat, if there is one, must change twice: this proves that

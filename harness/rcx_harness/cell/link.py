@@ -128,10 +128,10 @@ class PacketNetwork:
 
     Packets flow while the cable is plugged in and the robot's adapter is on; an interruption also
     drops the packets under way. A side considers the connection lost when no packet has arrived for
-    `Timing.timeout_us`. The adapter also loses it with its power. After one side has lost the
-    connection, no packet flows until the second side has also lost it and the scanner has opened a
-    new connection. This takes at least 100 ms and a scan, so each side notices that the connection
-    was lost. Before the first packet both images are zero.
+    `Timing.timeout_us`. The adapter also loses the connection when the adapter is switched off.
+    After one side has lost the connection, no packet flows until the second side has also lost it
+    and the scanner has opened a new connection. This takes at least 100 ms and a scan, so each side
+    notices that the connection was lost. Before the first packet both images are zero.
 
     Args:
         matched: Whether master and robot have areas of the same size; otherwise there is no

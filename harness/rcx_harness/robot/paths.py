@@ -51,7 +51,7 @@ class Profile:
     def over(cls, way: float, speed: float, acceleration: float, deceleration: float) -> Profile:
         """Return the fastest profile for a distance `way` (not below 0).
 
-        If the distance is in a unit, the limits are in that unit/s and that unit/s^2.
+        The limits are in the unit of the distance per s and per s^2.
         """
         peak = min(
             speed,
@@ -181,7 +181,7 @@ class CurvePath(Path):
 
 
 class ArchPath(Path):
-    """An arch: arch axis to its arch position, other axes, arch axis to its target (guide, 4.2.1).
+    """An arch: the arch axis rises, the other axes move, and the arch axis falls (guide, 4.2.1).
 
     The other axes start when the arch axis has moved distance 1 or has reached the arch position.
     The arch axis leaves the arch position so early that distance 2 remains when the other axes
@@ -260,7 +260,7 @@ def plan_ptp(arm: Arm, target: Mapping[int, int], pace: Pace) -> PtpPath:
 
 
 def plan_arch(arm: Arm, target: Mapping[int, int], pace: Pace, arch: Arch) -> Path:
-    """Plan an arch: arch axis to its arch position, others to the target, arch axis to its target.
+    """Plan an arch to a target (see ArchPath).
 
     Raises:
         CommandError: the target or the arch position is beyond a soft limit.

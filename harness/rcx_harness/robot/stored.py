@@ -149,7 +149,7 @@ class Pallet:
 
 @dataclass(frozen=True)
 class Hand:
-    """Hand data (guide, 4.3.5), as on the wire: 0.001 mm, data 4 is 1 on the R axis.
+    """Hand data (guide, 4.3.5) as on the wire, in 0.001 mm; data 4 is 1 for a hand on the R axis.
 
     Data 1 of a SCARA robot's hand that is not on the R axis is an integer without scale.
     """

@@ -135,7 +135,7 @@ class _Block:
     """A type of block.
 
     Attributes:
-        name: In upper case.
+        name: The name of the type in upper case.
         pin: The block's VAR_IN_OUT of type RCX_REF, in upper case; empty if there is none.
         place: Index of `pin` among the VAR_IN_OUT.
         watched: Whether the block needs exactly one call in each scan.

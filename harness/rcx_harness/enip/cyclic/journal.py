@@ -1,8 +1,8 @@
 """The events of connections, in memory that several processes share.
 
 One process writes, and any process may read. The writer never waits for a reader. It writes a
-record into the next of a few slots and then publishes its number. A slow reader misses records, and
-`Read` contains the number of missed records.
+record into the next of a few slots and then publishes the number of the record. A slow reader
+misses records, and `Read` contains the number of missed records.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """The process of the cyclic part: one UDP socket, class 1 packets in and out, nothing else.
 
-`rcx_harness.enip.cyclic.control` starts it with its settings as JSON. On standard output it reports
-where it listens (or why it cannot) and which connections have ended. It reads orders from standard
-input, one JSON object per line, and ends when standard input ends, at the latest with its parent.
-It is a separate process because a thread among others would miss its deadlines.
+`rcx_harness.enip.cyclic.control` starts the process with its settings as JSON. On standard output
+the process reports where it listens (or why it cannot listen) and which connections have ended. It
+reads orders from standard input, one JSON object per line, and ends when standard input ends, at
+the latest with its parent. A thread among other threads would miss its deadlines.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The process of the adapter: the device with its TCP and UDP ports.
 
-`rcx_harness.enip.target.adapter` starts it with its settings as JSON. It reports on standard output
-where it listens, or why it cannot. It ends when its standard input ends, at the latest with its
-parent.
+`rcx_harness.enip.target.adapter` starts the process with its settings as JSON. The process reports
+on standard output where it listens, or why it cannot listen. The process ends when its standard
+input ends, at the latest with its parent.
 """
 
 from __future__ import annotations

@@ -103,11 +103,11 @@ class Session:
         return limit > 0 and now - self._last_frame >= limit
 
     def gives_way(self) -> tuple[bool, float] | None:
-        """Return the rank for being closed in favour of a new session; the lowest rank is closed.
+        """Return the rank of the session; a new session replaces the session with the lowest rank.
 
-        TCP connections without a session rank below those with a session; among equals, the longest
-        silence ranks lowest. None: it must stay, because it has an open connection or its last
-        request is recent.
+        TCP connections without a session have a lower rank than those with a session; among equals,
+        the longest silence has the lowest rank. None: the session must stay, because it has an open
+        connection or its last request is recent.
         """
         if not self._handle:
             return False, self._last_frame

@@ -96,8 +96,8 @@ class Guide:
     """The source of the delays of a controller in a replay.
 
     A recording without status 0x0100 shows the acceptance of a command only if the command is
-    refused. Of other commands it shows only the end, so their acceptance gets the shortest allowed
-    delay.
+    refused. For other commands the recording shows only the end, so their acceptance gets the
+    shortest allowed delay.
 
     Args:
         recorded: The values of the recording by channel.

@@ -69,7 +69,7 @@ class Seen:
 
 
 def seen_at(t_us: int, si: bytes, recorded: bytes, virtual: bytes, clock: str) -> Seen:
-    """Return the values that the answers at a time suggest.
+    """Return the values that the recorded and the virtual answer at one time suggest.
 
     `si` shows which command was requested; `recorded` and `virtual` are the areas of both sides at
     that time, and `clock` is the value of the key `clock`.

@@ -59,7 +59,7 @@ class AllFile:
         points: Points by number.
         comments: Comments of points by number.
         shifts: Shifts by number, in 0.001 mm and 0.001 degree.
-        hands: Hands of robot 1 by robot and number.
+        hands: Hands by robot (always 1) and number.
         pallets: Pallets by number.
         variables: SGI and SGR by name.
         parameters: Values by name, then by robot or axis of the controller (from 1; 0: all).

@@ -38,7 +38,8 @@ class Lane:
             `rule`.
         short: Short name in the text of a change: `SI(01)` of `SI(01) Servo ON input`.
         idle: Number of the text that is drawn as a plain line.
-        show: Format of a number: `digits` in hexadecimal, `precision`, `fine` for this many parts.
+        show: Format of a number, by one of the keys `digits` (number of hexadecimal digits),
+            `precision` (significant digits) and `fine` (stored values are divided by this number).
         is_curve: Whether the lane is drawn as a line from value to value.
         rests: Whether a curve is constant between changes, and moves to the next value within a
             cycle.
