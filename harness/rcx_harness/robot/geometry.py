@@ -146,7 +146,7 @@ class Curve(Protocol):
     samples: int
 
     def at(self, share: float) -> Sequence[float]:
-        """Return the position of all axes after that part of the length."""
+        """Return the position of all axes after a share of the length, 0 to 1."""
 
 
 class Line:
@@ -160,7 +160,7 @@ class Line:
         self.length = max(math.hypot(*self._way[:_XYZ]), math.hypot(*self._way[_XYZ:]))
 
     def at(self, share: float) -> Sequence[float]:
-        """Return the position of all axes after that part of the length."""
+        """Return the position of all axes after a share of the length, 0 to 1."""
         return [a + way * share for a, way in zip(self._start, self._way, strict=True)]
 
 
@@ -199,7 +199,7 @@ class Arc:
         self.length = radius * self._angle
 
     def at(self, share: float) -> Sequence[float]:
-        """Return the position of all axes after that part of the length."""
+        """Return the position of all axes after a share of the length, 0 to 1."""
         cosine, sine = math.cos(share * self._angle), math.sin(share * self._angle)
         space = [p + u * cosine + v * sine
                  for p, u, v in zip(self._centre, self._u, self._v, strict=True)]  # fmt: skip
@@ -228,7 +228,7 @@ class Chain:
         self.samples = min(_MOST_PARTS, math.ceil(self.length / step)) if step else 1
 
     def at(self, share: float) -> Sequence[float]:
-        """Return the position of all axes after that part of the length."""
+        """Return the position of all axes after a share of the length, 0 to 1."""
         done = share * self.length
         k = min(bisect_left(self._ends, done), len(self._curves) - 1)
         curve = self._curves[k]

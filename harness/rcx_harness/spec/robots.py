@@ -75,7 +75,7 @@ class Joint:
         return law.factor * self.power / (self.speed * unit) / (mass * self.reach**2) / unit
 
     def slower(self, law: Law, load: float) -> float:
-        """Return the ratio of the acceleration with that load to that without a load."""
+        """Return the acceleration with that load, divided by the acceleration without a load."""
         own = self._own(law)
         return own / (own + self.per_load * load)
 

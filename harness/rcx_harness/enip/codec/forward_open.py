@@ -157,8 +157,8 @@ def _refused(path: bytes, at: int) -> PathRefusal:
     return PathRefusal((len(path) - at) // 2)
 
 
-# Priority and ticks, O->T id (not used), T->O id, triad, multiplier, interval and parameters of
-# each direction, transport, path size
+# Fields of a Forward Open: priority and ticks, O->T id (not used), T->O id, triad, multiplier,
+# interval and parameters of each direction, transport, path size.
 _OPEN = struct.Struct("<6xIHHIB3xIHIHBB")
 _LARGE_OPEN = struct.Struct("<6xIHHIB3xIIIIBB")
 _CLOSE = struct.Struct("<2xHHIBx")

@@ -86,7 +86,7 @@ class Drop(IntEnum):
     text: str
 
     def __new__(cls, number: int, text: str) -> Drop:
-        """Return the member; `text` follows the words "12 packets"."""
+        """Return the member; its `text` follows a number, as in "12 packets ..."."""
         member = int.__new__(cls, number)
         member._value_ = number
         member.text = text

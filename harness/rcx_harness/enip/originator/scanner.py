@@ -200,8 +200,8 @@ class Scanner(Closing):
             self.client.close()
             raise
         finally:
-            # The process has opened the memory. Once its name is removed, the system frees it at
-            # the end.
+            # The process has opened the memory. Once the name of the memory is removed, the system
+            # frees the memory after its last use.
             self.shared.unlink()
 
     def open(self) -> None:

@@ -65,8 +65,8 @@ class Adapter(Closing):
             self.shared.close()
             raise
         finally:
-            # All processes have opened the memory. Once its name is removed, the system frees it at
-            # the end.
+            # All processes have opened the memory. Once the name of the memory is removed, the
+            # system frees the memory after its last use.
             self.shared.unlink()
         started = self._child.started
         if "port" not in started:

@@ -16,7 +16,8 @@ __all__ = ["TIMEOUT_US", "UNDEFINED", "Carrier", "RefusedError"]
 #: Longest wait for each answer; the code stays set until the end status (guide 1.1, note).
 TIMEOUT_US = 10_000_000
 
-#: "Point doesn't exist", "Undefined pallet". Assumed, because the manual names no alarm.
+#: The alarms "Point doesn't exist" and "Undefined pallet". They are assumed, because the manual
+#: names no alarm.
 UNDEFINED = ("6.204", "6.236")
 
 #: Part of the command's name after Read or Write, and the field with the number.

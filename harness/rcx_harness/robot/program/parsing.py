@@ -18,9 +18,9 @@ from structured_text.errors import InputError
 __all__ = ["parse"]
 
 
-#: Parts of a statement. Texts, names, ports with their numbers, rows of numbers, and hexadecimal
-#: and binary numbers stay unchanged. Marks replace labels behind a word, and all other numbers,
-#: including those of points, shifts and hands.
+#: A pattern for the parts of a statement. Texts, names, ports with their numbers, rows of numbers,
+#: and hexadecimal and binary numbers stay unchanged. Marks replace labels behind a word, and all
+#: other numbers, including those of points, shifts and hands.
 _PARTS = re.compile(
     r"""(?P<word>\b(?:GOTO|GOSUB|THEN|ELSE)\s+)(?P<label>\*[A-Z][A-Z0-9_]*)
     | "[^"]*" | (?:D[IO]|MO|LO|TO|S[IO][WD]?)\d*\s*\([^()]*\) | &[HB][0-9A-F]+
