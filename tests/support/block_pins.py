@@ -243,7 +243,7 @@ class Reading:
         return bool(known) and value not in known
 
     def _pairs(self, fields: Fields, pin: Input) -> list[Pair]:
-        """Return the lowest and highest legal values of a numeric pin, in steps of its field."""
+        """Return the ranges of legal values of a numeric pin, in steps of the telegram's field."""
         part, kind = self.requests[pin.to[0]], _element(pin.type)
         if pin.range:
             return intervals(pin.range)

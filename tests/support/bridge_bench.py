@@ -36,7 +36,7 @@ class BridgeBench:
         multiplier: Coded multiplier of the cyclic connection's time-out.
 
     Attributes:
-        scan: The PLC's scan, as given; may be set.
+        scan: The function for a scan of the PLC. A test may replace it.
         plc: The Modbus server of the PLC.
         controller: The robot.
         adapter: The robot's end of the network.

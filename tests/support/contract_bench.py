@@ -112,7 +112,7 @@ class ContractBench:
     """A block that is ready to start.
 
     Args:
-        block: Its type.
+        block: Type of the block.
         lib: Files of the library.
 
     Attributes:

@@ -105,8 +105,8 @@ class Rules:
         """Check one scan.
 
         Args:
-            so: The area that the program read.
-            si: The area written.
+            so: The area that the program has read.
+            si: The area that the program has written.
             connected: The status of the scanner.
             safe: The pins EmergencyStopOk and StopOk.
             start: Execute or Enable.

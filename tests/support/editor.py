@@ -73,7 +73,7 @@ class Editor:
             The body of the answer.
 
         Raises:
-            RefusedError: it was refused, with the message.
+            RefusedError: the request was refused; the error has the message.
         """
         self._seq += 1
         message = {"seq": self._seq, "type": "request", "command": command}

@@ -181,8 +181,8 @@ class FaultCell:
     """A cell with one block under test, `Main.Block`.
 
     Args:
-        block: Its type.
-        inputs: Values of its input pins besides Execute or Enable, and of its tables.
+        block: Type of the block.
+        inputs: Values of the block's tables and input pins, except Execute or Enable.
         helpers: Blocks that take the cell from one state to another.
         robot: Properties of the robot that differ from the defaults.
         lib: Folder of the library; None for plc/lib.

@@ -109,7 +109,7 @@ class Rig:
     """A prepared block in its cell, with the course of its run without faults.
 
     Args:
-        block: Its type.
+        block: Type of the block.
         lib: Folder of the library; None for plc/lib.
     """
 

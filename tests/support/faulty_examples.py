@@ -83,7 +83,7 @@ class Faulty:
 
     Attributes:
         name: The kind of fault.
-        example: Its folder.
+        example: Folder of the example.
         changes: The fault, as pairs of a text and its replacement.
         kind: The failure that reveals the fault.
         seed: A seed with which a campaign finds the fault.

@@ -81,8 +81,8 @@ def feeder(folder: Path, *, runs_open: bool = False, latches: bool = False) -> P
 
     Args:
         folder: Folder of the program.
-        runs_open: Insert the bug that the feeder continues to run when it is opened.
-        latches: Insert the bug that a loss of the link is never reset.
+        runs_open: Whether to insert the bug that the feeder continues to run when it is opened.
+        latches: Whether to insert the bug that a loss of the link is never reset.
     """
     latch = "Lost := Lost OR (Running AND NOT Connected);" if latches else "Lost := FALSE;"
     text = _PROGRAM.format(or_open="" if runs_open else "OR NOT Closed", latch=latch)

@@ -27,7 +27,7 @@ class ModbusPlc:
         port: Its TCP port; the same after `stop` and `start`.
         holds: Registers by number; missing registers are 0.
         refuses: The code with which every request is refused, or None.
-        deaf: Requests get no answer.
+        deaf: Whether requests get no answer.
         requests: Function code, first register and number of each request, in their order.
     """
 

@@ -23,8 +23,9 @@ class PickBench(PlcBench):
         another block, `Other`.
         on: Outputs that are ON.
         inputs_on: Inputs that are ON, as 20 for DI(20).
-        follows: Inputs that follow an output: 21 is ON while DO(20) is.
-        refuses: A command that ends in the alarm 12.600, such as `PTP 20 at 50`; it happens once.
+        follows: Inputs that follow an output: with {21: 20}, DI(21) is ON while DO(20) is ON.
+        refuses: A command that ends in the alarm 12.600, such as `PTP 20 at 50`. Only the next such
+            command is refused.
         silent: A command that gets no end status.
     """
 

@@ -38,7 +38,7 @@ def planted(folder: Path, fault: Fault | None = None, home: Path = PLANTED) -> P
         The project's folder.
 
     Raises:
-        ValueError: `before` is not exactly once in the file.
+        ValueError: `before` does not occur exactly once in the file.
     """
     project = Path(shutil.copytree(home / "cell", folder / "cell"))
     if fault:

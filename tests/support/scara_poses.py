@@ -58,7 +58,7 @@ class Pose:
     Attributes:
         model: Name in spec/robots.toml.
         hand: Data 1 to 3 as on the wire.
-        on_r: The hand is on the R axis.
+        on_r: Whether the hand is on the R axis.
         shift: X, Y, Z and R [0.001 mm, 0.001 degree].
         pulses: Pulses of axes 1 to 4.
         away: Distance of the axes' zeros from those of the model [pulse].

@@ -207,7 +207,7 @@ def reading(entry: dict[str, Any]) -> Reading:
     """Return a command from its TOML table.
 
     Raises:
-        ValueError: something in it is not in the grammar.
+        ValueError: an entry of the table does not follow the grammar.
     """
     entry = {**_shared("answer").get(entry.get("answer", ""), {}), **entry}
     known = {"code", "section", "pendant", "robot_zero", "request", "zero"}

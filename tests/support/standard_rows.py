@@ -11,7 +11,7 @@ class Row(NamedTuple):
 
     Attributes:
         code: The expression, `{0}` and so on for the arguments.
-        arguments: Type and value of each, separated by a blank.
+        arguments: Type and value of each argument, separated by a blank.
         kind: Type of the result.
         value: The expected result.
         alike: Whether matiec gives the same value.

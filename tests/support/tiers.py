@@ -17,14 +17,14 @@ ENGINES = r"matiec|STruC\+\+|strucpp"
 
 
 def keep_samples(items: Iterable[pytest.Item], *, whole: bool) -> None:
-    """Remove the mark `exhaustive` from those tests that it names as its sample.
+    """Remove the mark `exhaustive` from the tests that the mark names as its sample.
 
     Args:
         items: The collected tests.
         whole: Whether each function was collected with all its parameters.
 
     Raises:
-        pytest.UsageError: a name in `but` is not the id of a parameter: the sample has shrunk.
+        pytest.UsageError: a name in `but` is not the id of a parameter, so the sample is too small.
     """
     wanted, found = set(), set()
     for item in items:
@@ -62,10 +62,10 @@ def without_engine(items: list[pytest.Item]) -> list[str]:
     There are thousands of them, and reporting each as skipped would take longer than many tests.
 
     Args:
-        items: The collected tests; those that remain.
+        items: The collected tests. The tests are removed from this list.
 
     Returns:
-        The reason of each test that was taken out.
+        For each removed test, the reason.
     """
     reasons = {item: reason for item in items if (reason := _missing_engine(item))}
     items[:] = [item for item in items if item not in reasons]

@@ -27,11 +27,11 @@ _DATA = Path(__file__).parents[3] / "data"
 
 @dataclass(frozen=True)
 class Probe:
-    """A program and how it is run.
+    """A program, with the times and inputs of its run.
 
     Attributes:
-        name: Name of its trace.
-        files: Its ST files.
+        name: Name of the trace.
+        files: ST files of the program.
         scans: Number of scans.
         scan_us: Time from scan to scan, microseconds.
         writes: For each scan number, the values (by path) to write before that scan.
