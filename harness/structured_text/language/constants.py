@@ -51,10 +51,10 @@ Lookup = Callable[[s.Expression], Constant | None]
 
 
 def literal(node: s.Literal, types: dict[str, Type], where: Declared) -> Constant:
-    """Return the value of a literal; untyped numbers are LINT or LREAL and not `typed`.
+    """Return the value of a literal; an untyped number is a LINT or LREAL.
 
     Raises:
-        InputError: malformed or out of its type's range.
+        InputError: The literal is malformed or out of its type's range.
     """
     if node.kind != "STRING" and "'" not in node.text and len(node.text) > _LONGEST:
         raise where.error(
@@ -160,7 +160,7 @@ def _retyped(found: Constant, kind: Type, at: s.Position, where: Declared) -> Co
 
 
 def _is_character(have: ElementaryType, kind: ElementaryType) -> bool:
-    """Return whether a text of one character stands for a character."""
+    """Return whether a STRING literal stands for a CHAR, or a WSTRING literal for a WCHAR."""
     return (have.name, kind.name) in (("STRING", "CHAR"), ("WSTRING", "WCHAR"))
 
 

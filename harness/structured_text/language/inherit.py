@@ -180,7 +180,8 @@ class Inheritance:
     def _add_method(self, owner: _Owner, pou: Pou | None, node: s.Method, name: str) -> None:
         where, declarations = owner.where, self._declarations
         symbols: dict[str, Symbol] = {}
-        # Constants of the method, then those of its block, can be bounds and initial values.
+        # Bounds and initial values may use constants of the method and of its block. A constant of
+        # the method hides one of the block.
         declarations.local = ChainMap(symbols, {} if pou is None else pou.symbols)
         declarations.sections = [(section, where) for section in node.sections]
         for section in node.sections:

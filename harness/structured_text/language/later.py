@@ -52,7 +52,7 @@ class Later:
         return replace(self, steps=(*self.steps, name))
 
     def takes(self, node: s.Init, kind: Type) -> bool:
-        """Add a part inside another variable if it can be assigned; return whether it was added."""
+        """Add the value of a part if it can be assigned; return whether it was added."""
         if not self.steps or isinstance(node, (s.ArrayInit, s.StructInit, s.Sequence)):
             return False
         self.found.append(Part(self.steps, node, kind))

@@ -34,7 +34,7 @@ _WIDTHS = {letter: width for width, letter in _LETTERS.items()}
 #: Possible types of a leaf of a structure, in addition to integers and bit strings.
 _LEAVES = ("BOOL", "REAL", "LREAL")
 _WHOLE = re.compile(r"U?(SINT|INT|DINT|LINT)|BYTE|D?WORD|LWORD")
-#: Least size of the areas of a robot [bytes] (manual chapter 1, 4).
+#: Least size of a robot's input or output area [bytes] (manual chapter 1, 4).
 _AREA = 48
 
 

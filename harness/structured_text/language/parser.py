@@ -48,7 +48,8 @@ __all__ = [
     "read_text",
 ]
 
-#: Name of the POU that a `.var` file of Automation Studio is read as: it has sections without one.
+#: Name of the POU for a `.var` file of Automation Studio, which has sections of variables without a
+#: POU.
 SHELL = "_VARIABLES"
 #: Marker among the access words of a block that extends two blocks.
 TWO_BASES = "EXTENDS TWO"
@@ -181,7 +182,7 @@ class _Builder(Statements):
         return s.ArraySpec(nodes_of(rest, s.Range), self._plain(rest[-1]), position_of(array))
 
     def _plain(self, spec: Any) -> Any:
-        """Return the meaning of a type outside of a TYPE declaration."""
+        """Return a type outside a TYPE; a parenthesis behind the name has initial arguments."""
         return spec.of_variable() if isinstance(spec, _Detailed) else spec
 
     def open_dimension(self, star: Token) -> s.Range:
@@ -290,7 +291,7 @@ class _Builder(Statements):
         return self.block(word, words, name, None, rest[place], *others)
 
     def _after_generics(self, rest: tuple[Any, ...], word: str) -> int:
-        """Return the place behind the first sections, which must be those of generic constants."""
+        """Return the index behind the first sections, which must be those of generic constants."""
         place = next(k for k, one in enumerate(rest) if not isinstance(one, s.Section))
         for section in rest[:place]:
             if section.kind != "VAR_GENERIC":
@@ -497,7 +498,7 @@ class _Builder(Statements):
         )
 
 
-#: Attributes of an enumeration that matter here.
+#: Attributes of an enumeration that change how the checker treats it.
 _ATTRIBUTE = re.compile(r"attribute\s+'(strict|to_string)'")
 _ACCESS = frozenset(("PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL"))
 _START = Token("$START", "", 0, 1, 1)
@@ -644,7 +645,7 @@ def _named(
     for one in declarations:
         if isinstance(one, s.Namespace):
             continue
-        if isinstance(one, (s.Method, s.Property)):  # behind the POU that it belongs to
+        if isinstance(one, (s.Method, s.Property)):  # it follows the POU that it belongs to
             if result and isinstance(result[-1], (s.Pou, s.Interface)):
                 result[-1] = replace(result[-1], members=(*result[-1].members, one))
             else:

@@ -30,7 +30,7 @@ _HEADS = frozenset(("WORD", "FINAL", "ABSTRACT"))
 def with_names(found: list[Token], file: Path, uses: list[Use]) -> list[Token]:
     """Return the tokens of a source with literals instead of the calls of both operators.
 
-    `uses` receives a note of each. A list of global variables is named after its file.
+    `uses` receives a note for each call. A list of global variables is named after its file.
     """
     if not any(token.type == "IDENT" and token.upper() in _OPERATORS for token in found):
         return found

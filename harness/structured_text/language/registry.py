@@ -271,7 +271,8 @@ class Registry:
                 if self.is_reachable(name) and last_name(name) in everything
             ]
             used = [one for name in used for one in self.overloads.get(name, [name])]
-            # Functions of one name may call each other: the arguments choose another one.
+            # A call from one overload to another is not a cycle: the types of the arguments choose
+            # the function.
             family = self.overloads.get(self.written_names.get(key, key).upper(), ())
             used = [one for one in used if one not in family]
             for name in used:
@@ -349,7 +350,7 @@ def _used(node: Any) -> Iterator[s.Name]:
 
 
 def _spans(size: int) -> Iterator[tuple[int, int]]:
-    """Return the beginning and end of every contiguous part of a sequence of names."""
+    """Yield the start and end index of every contiguous part of a sequence of this length."""
     return ((i, j) for i in range(size) for j in range(i + 1, size + 1))
 
 

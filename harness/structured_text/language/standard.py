@@ -116,7 +116,7 @@ _SECOND_EDITION = {
 _CLOCK = "HOUR:ANY_INT MINUTE:ANY_INT SECOND:ANY_INT MILLISECOND:ANY_INT"
 _DAY = "YEAR:ANY_INT MONTH:ANY_INT DAY:ANY_INT"
 
-#: Functions of the third edition, and functions of the second that are named after their types.
+#: Functions of the third edition, and functions of the second edition with a type in their name.
 _MORE = {
     "ATAN2": Signature((("Y", "T"), ("X", "T")), ANY_REAL, "T"),
     "CONCAT_DATE_TOD": _pins("IN1:DATE IN2:TOD", "DT"),
@@ -162,7 +162,8 @@ _RARE = frozenset(
 UNSUPPORTED = frozenset(["SEMA", "RTC", "PID", "RAMP", "INTEGRAL", "DERIVATIVE", "HYSTERESIS"])
 
 _CONVERSION = re.compile(r"([A-Z_]+?)_TO_([A-Z_]+)")
-#: Pairs (source, target) of moments with a conversion. The types with a leading L are alike.
+#: Pairs (source, target) of dates and durations with a conversion. LTIME, LDATE, LDT and LTOD are
+#: treated like TIME, DATE, DT and TOD.
 _MOMENT_PAIRS = (
     *(("DT", "DATE"), ("DT", "TOD"), ("DATE", "DT"), ("TIME", "TOD"), ("TOD", "TIME")),
     *(("TIME", "DT"), ("DT", "TIME"), ("TIME", "DATE"), ("DATE", "TIME")),  # since 1970-01-01

@@ -27,7 +27,7 @@ __all__ = [
 ]
 
 
-#: Sections of variables without a value of their own: it belongs to another variable.
+#: Sections of variables without storage of their own. Their value belongs to another variable.
 NO_STORAGE = ("VAR_IN_OUT", "VAR_EXTERNAL")
 
 
