@@ -159,7 +159,8 @@ class Plan:
             self._decision(node.condition, line)
             self._body(node, node.body)
         elif isinstance(node, t.Try):
-            self.guarded += 1  # each statement has its own counter, because any may be the last
+            # an error may occur between any two statements, so each one has its own counter
+            self.guarded += 1
             self._statements(node.body)
             self.guarded -= 1
             if node.code is not None:
@@ -203,7 +204,7 @@ class Plan:
 
 
 def _is_operator(node: t.Expression) -> bool:
-    """Return whether a node is a BOOL expression with an operator at its root."""
+    """Return whether a node is an operation with a BOOL result, and so the root of a decision."""
     if isinstance(node, t.Binary):
         return node.op in _COMPARISONS or _is_logic(node)
     return isinstance(node, t.Same) or _is_logic(node)
@@ -270,7 +271,7 @@ _SAFE = frozenset(
     )
 )
 
-#: From this number of conditions on, a vector is a sum instead of a chain of operators.
+#: From this number of conditions on, the code of a vector is a sum instead of a chain of `|`.
 _FEW = 50
 
 
