@@ -85,7 +85,7 @@ def _pins(node: s.Pou) -> tuple[str, ...]:
 
 
 class Body:
-    """A writer that replaces standard functions, and the pins of standard blocks, by a tool's own."""
+    """A writer that replaces standard functions, and the pins of standard blocks, by a tool's."""
 
     def __init__(self, text: str, scope: Scope, words: Words) -> None:
         self._text = text
