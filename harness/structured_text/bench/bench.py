@@ -272,7 +272,7 @@ class Bench:
 
     @property
     def notice(self) -> str:
-        """Return a line about the choice of the engine and one about the network, if there are any."""
+        """Return the notices about the chosen engine and about the network; empty without any."""
         return "\n".join(filter(None, (self._notice, self._agenda.notice)))
 
     @contextmanager
