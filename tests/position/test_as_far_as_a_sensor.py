@@ -38,7 +38,7 @@ mm = [500.0, -300.0, 20.0, 45.0]
 
 
 def _calls() -> str:
-    part = _PAGE.read_text(encoding="utf-8").partition("## As far as a sensor")[2]
+    part = _PAGE.read_text(encoding="utf-8").partition("## Move until a sensor or a key stops the robot")[2]
     found = re.search(r"```iecst\n(.*?)```", part, re.DOTALL)
     assert found is not None
     return found[1]

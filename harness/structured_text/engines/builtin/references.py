@@ -242,9 +242,9 @@ def _recast(pointer: Any, own: Layout, other: Layout) -> Any:
     memory = view.memory
     if isinstance(memory, Held):
         whole, rest = memory.layout, view.at_ % other.size
-        if isinstance(other, Opaque) and isinstance(whole, Opaque) and not view.at_:
-            if other.fits(memory.pointer.V):
-                return memory.pointer
+        known = isinstance(whole, Opaque) and not view.at_
+        if isinstance(other, Opaque) and known and other.fits(memory.pointer.V):
+            return memory.pointer
         if isinstance(whole, Row) and whole.element == other and not rest:
             # back to the original type
             return Item(memory.pointer.V, view.at_ // other.size)
