@@ -251,8 +251,8 @@ class Bench:
     def start_plc(self, start: str = "warm") -> None:
         """Put the PLC into RUN; restart it if it runs already.
 
-        `start` is `"warm"` to reset all variables except retained ones, `"cold"` to reset all of
-        them, or `"continue"` to reset none.
+        `start` is `"warm"` to reset all variables except retained ones, `"cold"` to reset all
+        variables, or `"continue"` to reset none.
         """
         checked(EVENTS, "plc_run", {"start": start})
         self.plc.start(start)

@@ -125,7 +125,7 @@ class FileResult:
         path: The path as it is displayed, `folder/Block.st`.
         source: The lines of the file, by their numbers.
         pous: Name, line and number of calls of each function or block in the file.
-        bodies: The sorted lines of the statements of each of these POUs.
+        bodies: For each POU in `pous`, the sorted lines of its statements.
         stale: Lines with a reason although everything on them was executed.
         changed: Whether the file has changed since the run, or counts of several versions exist.
         demands_mcdc: Whether MC/DC is required for the file.

@@ -56,11 +56,11 @@ class Debugger:
     """One run under the debugger.
 
     Attributes:
-        player: Moves in time.
+        player: The player that moves the run in time.
         memory: The program's variables.
         front: The user interface.
         breakpoints: The breakpoints of the user.
-        watches: Variables whose change stops the run.
+        watches: Variables that stop the run when they change.
         rules: Whether a broken rule stops the run.
         pausing: Whether the user has requested a pause.
     """

@@ -100,8 +100,8 @@ class Condition:
 def conditions(program: Program, texts: Sequence[str]) -> list[Condition]:
     """Check conditions and prepare them for evaluation.
 
-    Raise InputError if a variable is unknown (similar names are suggested), or the text is not an
-    expression of type BOOL.
+    Raise InputError if a variable is unknown (the message suggests similar names), or the text is
+    not an expression of type BOOL.
 
     Args:
         program: The program whose variables the conditions name.

@@ -78,9 +78,10 @@ class Slot:
 class Place(NamedTuple):
     """A structure or block, with what the code of its variables needs.
 
-    `name` is its name in that code, `owner` the type that contains it, and `channel` the channel
-    that it works on. `dropped` names its variables that are dropped. `conditions` gives the
-    conditions under which other variables are read, and `jobs` the channels of its jobs.
+    `name` is the name of the structure or block in the code of its variables. `owner` is the type
+    that contains it, and `channel` is the channel that it works on. `dropped` names its variables
+    that are dropped. `conditions` gives the conditions under which other variables are read, and
+    `jobs` the channels of its jobs.
     """
 
     name: str
@@ -161,7 +162,7 @@ class Abstraction:
         return [slot.get for slot, (a, b) in zip(self._ordered(), pairs, strict=True) if a != b]
 
     def _ordered(self) -> list[Slot]:
-        """Return the slots in their order in a state: those of variable size last."""
+        """Return the slots in their order in a state; slots of variable size are last."""
         return sorted(self.slots, key=lambda one: one.size == OPEN)
 
     def values(self, state: bytes) -> tuple[Any, ...]:

@@ -182,7 +182,7 @@ def steps(
     A state need not be sent if `is_known` returns true for its key.
 
     Raises:
-        Exception: see `World.check`.
+        Exception: A checked step leads to another state, see `World.check`.
     """
     random = Random(f"{seed} {number}")
     choices = world.choices(state)

@@ -263,9 +263,9 @@ class Body:
     ) -> str:
         """Return a call of a function of the sources.
 
-        `at` is the index of its name, and `end` that of the token after it. `named` says whether
-        arguments are named; None: as in the source. `defaults` are values for omitted arguments, by
-        upper-case name.
+        `at` is the index of the function's name, and `end` the index of the token behind the call.
+        `named` says whether arguments are named; None leaves them as in the source. `defaults` are
+        values for omitted arguments, by upper-case name.
         """
         texts, keys = {}, [one.upper() for one in parameters]
         for place, (name, first, last) in enumerate(given):

@@ -90,7 +90,7 @@ class _Body(Body):
 _ZEROS = {"BOOL": "FALSE", "REAL": "0.0", "LREAL": "0.0", "TIME": "T#0s", "STRING": "''"}
 _ORDER = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR", "VAR_TEMP")
 
-#: SCL has no SR and RS. Their statements are those of IEC 61131-3, tables 34.1 and 34.2.
+#: The statements of SR and RS, which SCL lacks, from IEC 61131-3, tables 34.1 and 34.2.
 _FLIP_FLOPS = {
     "SR": ("S1", "R", "#S1 OR (NOT #R AND #Q1)"),
     "RS": ("S", "R1", "NOT #R1 AND (#S OR #Q1)"),

@@ -87,7 +87,7 @@ class Starts:
             yield "  END_IF;"
 
     def lost(self, part: Part, node: s.Pou) -> Iterator[Missing]:
-        """Yield the variables of a POU whose initial values or RETAIN are not exported."""
+        """Yield the variables of a POU that lose their initial values or RETAIN in the export."""
         for section, _, name in declared(node.sections):
             symbol = self.symbol(node, name)
             of, kind = f"{section.kind} {name.text}", symbol.type

@@ -1,8 +1,8 @@
 """The farm: it gives items to workers and yields the results in the order of the items.
 
 `Farm` combines three parts. `_Known` takes results from the file of results and removes duplicate
-items. `_Turns` decides which item is given next, and repeats items whose worker ended. A crew
-executes the items: processes of this computer, a cluster, or this process itself.
+items. `_Turns` decides which item is given next, and repeats an item if its worker has ended. A
+crew executes the items: processes of this computer, a cluster, or this process itself.
 """
 
 from __future__ import annotations

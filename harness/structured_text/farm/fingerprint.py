@@ -28,7 +28,7 @@ def fingerprint(packages: tuple[Path, ...] = PACKAGES) -> Fingerprint:
 
 
 def digest_of(folders: Sequence[Path]) -> str:
-    """Return a hash of the files in folders, without compiled ones and installed data."""
+    """Return a hash of the files in folders, without compiled files and installed data."""
     found = []
     for folder in folders:
         files = [file for file in folder.rglob("*") if file.is_file()]

@@ -56,7 +56,7 @@ class RemoteError(Exception):
 
 @dataclass(frozen=True)
 class Lost(Generic[Item]):
-    """An item whose workers have all ended."""
+    """An item that has ended all workers that tried it."""
 
     item: Item
     times: int
@@ -96,7 +96,7 @@ class Done:
 
 @dataclass(frozen=True)
 class Died:
-    """The outcome of an item whose worker has ended.
+    """The outcome of an item that has ended its worker.
 
     Attributes:
         why: The end of the worker, in words for users.

@@ -95,7 +95,7 @@ class Checking(Protocol):
         """Type a variable, member or element. A reference is replaced by its target."""
 
     def place(self, node: s.Variable) -> t.Variable:
-        """Type a variable, member or element; a reference remains a reference."""
+        """Type a variable, member or element. A reference is not replaced by its target."""
 
     def base(self, node: s.Variable | s.Call | s.Invoke) -> t.Variable:
         """Type the base of a member, element or method."""

@@ -55,7 +55,7 @@ class Conditions:
         """Return the offset where the text continues behind a pragma from `offset` to `end`.
 
         Raises:
-            ConditionError: the pragma has no {IF}, or its condition cannot be evaluated.
+            ConditionError: The pragma has no {IF}, or its condition cannot be evaluated.
         """
         word = word.upper()
         if word in ("DEFINE", "UNDEFINE"):

@@ -1,7 +1,7 @@
 """Literals and constant expressions of the source, as values of a given type.
 
 An untyped literal has no type of its own. It is first read as LINT or LREAL, and `adapt` then gives
-it the type that its place requires. A typed constant must widen to that type.
+it the type that the context requires. A typed constant must widen to that type.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ def member(kind: EnumType, name: s.Name, where: Declared) -> Constant:
 
 
 def adapt(found: Constant, kind: Type, at: s.Position, where: Declared) -> Constant:
-    """Convert a constant to the type that its place requires, or raise InputError.
+    """Convert a constant to the type that the context requires, or raise InputError.
 
     An untyped integer fits every integer and bit string type that holds it (BOOL for 0 and 1). An
     untyped real fits REAL and LREAL. A typed constant must widen to the type. Integers where a REAL
@@ -242,7 +242,7 @@ _NAMED, _MEMBER = "a constant instead of a literal", "a member of an enumeration
 
 
 class NotConstantError(InputError):
-    """An expression is not constant at a place that requires a constant."""
+    """The error for an expression that is not constant where a constant is required."""
 
 
 def _member_or_variable(kind: EnumType, node: s.Name, where: Declared) -> Constant:
@@ -271,7 +271,7 @@ def evaluate(
         detail: The role of a named constant here, for the note on portability.
 
     Raises:
-        InputError: not constant.
+        InputError: The expression is not constant.
     """
     if isinstance(node, s.Literal):
         return literal(node, types, where)

@@ -167,7 +167,7 @@ _DETAILS = {
 
 @dataclass(frozen=True)
 class Use:
-    """A construct at one place of the sources; `detail` describes the occurrence."""
+    """A construct at a position in the sources; `detail` describes the occurrence."""
 
     construct: str
     file: Path

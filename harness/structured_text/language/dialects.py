@@ -110,7 +110,7 @@ class Dialect:
 
     @property
     def is_matiec(self) -> bool:
-        """Return whether matiec follows this dialect, apart from its known faults.
+        """Return whether matiec follows this dialect, apart from matiec's known faults.
 
         The rule for counters is one of these faults (`engines/matiec/faults.toml`).
         """
@@ -196,8 +196,8 @@ def using(name: str | None) -> Iterator[None]:
 def dialect_of(paths: Iterable[Path]) -> str:
     """Return the dialect of a program.
 
-    It is the dialect of the first source that has one, else the chosen dialect, else that of plain
-    Structured Text.
+    It is the dialect of the first source with a dialect, else the chosen dialect, else the dialect
+    of plain Structured Text.
     """
     said = (getattr(path, "dialect", "") for path in paths)
     return next(filter(None, said), "") or chosen() or IEC

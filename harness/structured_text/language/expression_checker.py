@@ -1,9 +1,9 @@
 """The checker of expressions: it gives every expression its type.
 
-Untyped numbers make this a problem of two directions. `X + 1` gets its type from X, but in
-`R := 1 / 3` only the target has a type. So `infer` first goes upwards and finds the type that the
-operands give; untyped numbers give none. Then `check` goes downwards with the type that the place
-requires, and gives it to the untyped numbers. An implicit conversion (`widening`) becomes an
+Untyped numbers make this a problem of two directions. `X + 1` gets its type from X, but in `R := 1
+/ 3` only the target has a type. So `infer` first goes upwards and finds the type that the operands
+give; untyped numbers give none. Then `check` goes downwards with the type that the context
+requires, and gives this type to the untyped numbers. An implicit conversion (`widening`) becomes an
 explicit call in the tree and is noted as not portable.
 """
 
@@ -481,7 +481,7 @@ class ExpressionChecker:
     def check(self, node: s.Expression, want: Type | None) -> t.Expression:
         """Type an expression, or raise InputError.
 
-        `want` is the type that its place requires; None allows any type.
+        `want` is the type that the context requires; None allows any type.
         """
         if isinstance(want, (ReferenceType, InterfaceType)):
             return self.references.wanted(node, want)
@@ -632,5 +632,5 @@ def _near(key: str, names: Iterable[str]) -> str:
 
 
 def _default(found: t.Constant) -> Type:
-    """Return the type of an untyped number if its place requires none."""
+    """Return the type of an untyped number if the context requires none."""
     return ELEMENTARY["LREAL" if isinstance(found.value, float) else "LINT"]

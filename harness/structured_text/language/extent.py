@@ -43,7 +43,7 @@ class _Extent(NamedTuple):
 
 
 class Extents:
-    """The sizes of all types of a project; `resolve.Types` uses it to refuse large ones."""
+    """The sizes of all types of a project; `resolve.Types` uses it to refuse large types."""
 
     def __init__(self) -> None:
         # By identity, because the comparison of large types takes long.

@@ -1,4 +1,4 @@
-"""Implicit conversions: the checker makes them explicit where a place requires another type."""
+"""Implicit conversions, which the checker makes explicit where another type is required."""
 
 from __future__ import annotations
 

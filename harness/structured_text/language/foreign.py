@@ -93,7 +93,7 @@ def _joined(found: list[Token], file: Path, report: Callable[[InputError], None]
 
 
 def _named(found: list[Token], file: Path, report: Callable[[InputError], None]) -> list[Token]:
-    """Return the tokens with names in place of keywords that a declaration uses as names."""
+    """Return the tokens; keywords that a declaration uses as names become names."""
     result = list(found)
     declares = False
     for at, token in enumerate(found):

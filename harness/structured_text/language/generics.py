@@ -46,7 +46,7 @@ class _Maker:
         self._errors: list[list[InputError]] = [[] for _ in sources]
 
     def sources(self) -> list[s.Source]:
-        """Return the sources with the made blocks behind the generic ones."""
+        """Return the sources, with the new blocks behind the generic blocks."""
         found: list[list[Any]] = [[] for _ in self._sources]
         for place, source in enumerate(self._sources):
             for node in source.declarations:

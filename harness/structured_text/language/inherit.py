@@ -320,7 +320,7 @@ def _methods_of(node: s.Pou) -> Iterator[s.Method]:
 
 
 def _extends(method: Pou, inherited: Pou) -> bool:
-    """Return whether the inputs of an `INIT` begin with those of the base block's `INIT`.
+    """Return whether the inputs of an `INIT` begin with the inputs of the base block's `INIT`.
 
     The base block's `INIT` gets its arguments by position, so only their types must be the same. An
     `INIT` may leave out its result and the names of the standard parameters.

@@ -38,17 +38,17 @@ class Part:
 
 @dataclass(frozen=True)
 class Later:
-    """The place of an initial value inside a variable, and the parts found so far."""
+    """The position of an initial value inside a variable, and the parts found so far."""
 
     steps: tuple[tuple[int, ...] | s.Name, ...] = ()
     found: list[Part] = field(default_factory=list)
 
     def element(self, kind: ArrayType, position: int) -> Later:
-        """Return the place of the element at a position of the flat list."""
+        """Return the `Later` for the element at a position of the flat list."""
         return replace(self, steps=(*self.steps, indices_at(kind, position)))
 
     def member(self, name: s.Name) -> Later:
-        """Return the place of a member of a structure."""
+        """Return the `Later` for a member of a structure."""
         return replace(self, steps=(*self.steps, name))
 
     def takes(self, node: s.Init, kind: Type) -> bool:

@@ -219,7 +219,7 @@ def tokens(text: str, file: Path, notes: Notes | None = None) -> Iterator[Token]
         LABEL, because only the text behind it distinguishes it from a statement.
 
     Raises:
-        InputError: characters without a meaning, if `notes` is None.
+        InputError: The text has characters without a meaning, and `notes` is None.
     """
     return _Lexer(text, file, notes).tokens()
 
@@ -377,7 +377,7 @@ class _Lexer:
         return self._starts[line] - 1 if line < len(self._starts) else len(self._text)
 
     def _keyword(self, word: str, behind: int) -> str:
-        """Return the kind of a word that is a keyword in some places."""
+        """Return the kind of a word that can be a keyword: the word itself, or IDENT."""
         if word in _OF_CONFIGURATIONS and not self._configuration:
             return "IDENT"
         if self._previous == "DOT":

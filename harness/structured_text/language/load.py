@@ -301,7 +301,7 @@ def read_file(path: Path) -> s.Source:
 def too_deep(paths: Sequence[Path], read: Read | None = None) -> InputError:
     """Return the error for sources that are nested too deeply for any stack.
 
-    It names the place with the deepest nesting.
+    The error has the line with the deepest nesting.
     """
     sources = [(read or read_file)(path) for path in paths]
     waiting: list[tuple[int, Path, s.Position, Any]]
@@ -385,7 +385,7 @@ def _check_size(before: Sequence[s.Source], source: s.Source) -> None:
 def first_errors(errors: list[InputError], most: int = MOST_MISTAKES) -> list[InputError]:
     """Return the first errors, up to a limit, and a note on the number of further errors.
 
-    Errors with the same place and text are one error.
+    Errors with the same position and text count once.
     """
     errors = list({str(error): error for error in errors}.values())
     more = len(errors) - most

@@ -133,7 +133,7 @@ def _leaves(area: str, start: int, path: str, kind: Type) -> Iterator[Located]:
 
 
 def _placed(open_ones: list[_Open], found: list[Located]) -> Iterator[Located]:
-    """Yield the variables with an incomplete address at free places, in order."""
+    """Yield the variables with an incomplete address, in order, each at a free address."""
     taken = {(one.address[1].upper(), byte) for one in found for byte in _bytes_of(one)}
     large = [one for one in open_ones if (size_of(one.type) or 0) >= _AREA]
     small = [one for one in open_ones if one not in large]

@@ -236,7 +236,7 @@ class Methods:
         `value` says whether its result is used.
 
         Raises:
-            InputError: a method that cannot be called here, or arguments that do not fit.
+            InputError: The method cannot be called here, or the arguments do not fit.
         """
         callee = node.function if isinstance(node, s.Call) else node.callee
         found = self.called(callee)

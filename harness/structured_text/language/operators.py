@@ -75,8 +75,8 @@ class Operators:
     def _check_common(self, one: Type, other: Type, at: s.Position) -> None:
         """Refuse a pair of integer types without a common type.
 
-        These are ULINT and a signed type: neither holds the other. Raise InputError if there is no
-        common type.
+        These are ULINT and a signed type, because neither holds all values of the other. Raise
+        InputError if there is no common type.
         """
         a, b = type_name(one), type_name(other)
         if a in INT_RANGE and b in INT_RANGE and not common(a, b):
@@ -247,10 +247,10 @@ class Operators:
     def _shortened(
         self, long: t.Expression, short: t.Expression, want: Type | None, node: s.Expression
     ) -> t.Expression:
-        """Return a DINT in the type that its place requires.
+        """Return a DINT in the type that the context requires.
 
-        `short` is the same calculation in the type of its operands. It decides whether the place
-        takes the result.
+        `short` is the same calculation in the type of its operands. It decides whether the context
+        accepts the result.
         """
         kind = short.type
         assert isinstance(kind, ElementaryType)

@@ -81,7 +81,8 @@ def _names_of(tokens: Iterable[Token]) -> tuple[s.Name, ...]:
 class _Detailed:
     """A type name with a parenthesis behind it, as in `INT (0..5)` or `Drive(Axis := 1)`.
 
-    The meaning of the parenthesis depends on the place. The grammar cannot decide that.
+    The meaning of the parenthesis differs inside and outside a TYPE, which the grammar does not
+    distinguish.
     """
 
     name: s.Name
@@ -565,7 +566,7 @@ def parse_portable(text: str, file: Path) -> s.Source:
     """Parse a source of the portable subset, without caching the result.
 
     Raises:
-        InputError: a syntax error, or a construct beyond the portable subset.
+        InputError: The text has a syntax error, or a construct beyond the portable subset.
     """
     source = _whole(read_text.__wrapped__(text, file))
     refuse(source.uses, "the portable subset")

@@ -1,4 +1,4 @@
-"""The name and the place of a POU as a text: `__POUNAME()` and `__POSITION()`.
+"""The operators `__POUNAME()` and `__POSITION()`: the name and the position of a POU as a text.
 
 Both are operators of CODESYS and TwinCAT. Their results are known when a source is read, so each
 call becomes a literal. Inside a GET or SET the name of the property and of the accessor follow the

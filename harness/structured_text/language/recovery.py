@@ -403,7 +403,7 @@ class _Run:
 
     @staticmethod
     def _ended(token: Token, before: Token) -> bool:
-        """Return whether there is a semicolon, or the place needs none."""
+        """Return whether there is a semicolon, or none is needed here."""
         return "SEMICOLON" in (token.type, before.type) or before.type in _NOTHING_BEFORE
 
     def _ends_here(self, token: Token, before: Token) -> bool:

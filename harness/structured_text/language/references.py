@@ -99,9 +99,9 @@ class References:
     # --- values for a pointer, reference or interface ---
 
     def wanted(self, node: s.Expression, want: ReferenceType | InterfaceType) -> t.Expression:
-        """Type an expression at a place that requires a pointer, reference or interface.
+        """Type an expression where a pointer, reference or interface is required.
 
-        Raise InputError if it has another type, or leads to another type.
+        Raise InputError if the expression has another type, or points to another type.
         """
         if is_null(node):
             return t.Null(want)
@@ -194,7 +194,7 @@ class References:
         )
 
     def _are_strangers(self, one: ReferenceType, other: ReferenceType) -> bool:
-        """Return whether two pointers lead to blocks of which neither extends the other."""
+        """Return whether two pointers lead to unrelated blocks: neither extends the other."""
         first, second = _target(one), _target(other)
         objects = self._scope.declarations.objects
         blocks = isinstance(first, BlockType) and isinstance(second, BlockType)
@@ -466,7 +466,7 @@ class References:
         """Type pointer + bytes and pointer - bytes.
 
         Raises:
-            InputError: another operator, or a pointer to a type without a known size.
+            InputError: The operator is not + or -, or the size of the target's type is unknown.
         """
         return self._moved(op, self._all.check(left, None), right, at)
 

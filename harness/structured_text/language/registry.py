@@ -337,7 +337,7 @@ def _used(node: Any) -> Iterator[s.Name]:
             yield one.name
         elif kind in (s.Pou, s.TypeDecl) and one.extends is not None:
             space, _, name = one.extends.key.rpartition(".")
-            # `Drive EXTENDS Library.Drive` extends the other block of its name.
+            # In `Drive EXTENDS Library.Drive`, the base is another block with the same name.
             if not space or name != one.name.key:
                 yield one.extends
         elif kind is s.Call:

@@ -214,8 +214,8 @@ def typed_literal(text: str) -> tuple[ElementaryType, Scalar]:
     """Return type and value of `WORD#16#FF`, `BOOL#1`, `T#1s500ms`, `TOD#12:00:00` etc.
 
     Raises:
-        LiteralError: the value is malformed or out of the type's range.
-        KeyError: the prefix is not an elementary type.
+        LiteralError: The value is malformed or out of the type's range.
+        KeyError: The prefix is not an elementary type.
     """
     prefix, _, rest = text.partition("#")
     kind = ELEMENTARY[_PREFIXES.get(prefix.upper(), prefix.upper())]

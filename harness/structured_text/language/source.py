@@ -42,7 +42,7 @@ ELSEWHERE = 10_000_000
 
 @dataclass(frozen=True)
 class Line:
-    """A line of Structured Text and its place in the file that it was taken from.
+    """A line of Structured Text, and its position in the file from which it was taken.
 
     Attributes:
         text: The line without its line end.
@@ -115,7 +115,7 @@ class Extract(_AnyPath):
         return made
 
     def place(self, line: int) -> tuple[str, int]:
-        """Return the file, and the line in this file, for the line of a message."""
+        """Return the file and the line in this file for a line in an error about this source."""
         if self.project and line > ELSEWHERE:
             return self.project, line - ELSEWHERE
         return str(self), line
@@ -200,7 +200,7 @@ def _narrow(content: bytes) -> str:
 
 
 def title_of(file: Path) -> str:
-    """Return the title of a source: that of an extract, or the stem of the file."""
+    """Return the title of an extract, or the stem of any other file."""
     return getattr(file, "title", "") or file.stem
 
 

@@ -147,7 +147,7 @@ def _moment_operators() -> Iterator[tuple[str, tuple[str, str, str, str]]]:
     yield "SUB_LTIME", ("-", "LTIME", "LTIME", "LTIME")
 
 
-#: Functions that stand for an operator between a moment and a duration, moment or number.
+#: Functions that stand for an operator between a date or duration and a date, duration or number.
 MOMENT_OPERATORS = dict(_moment_operators())
 
 #: Functions of the second edition that few tools have.
@@ -174,9 +174,9 @@ def conversion(name: str) -> tuple[str, str] | None:
     """Return the (source, target) type names of a conversion such as `INT_TO_REAL`.
 
     Returns:
-        None if there is no such conversion: from a type to itself; between moments, except from
-        one that contains the other; between a character and a type that is neither an integer nor
-        a bit string nor a text; and BCD (see `bcd`).
+        None if there is no such conversion: from a type to itself; between dates and durations,
+            except for the pairs in `_MOMENT_PAIRS`; between a character and a type that is neither
+            an integer nor a bit string nor a text; and BCD (see `bcd`).
     """
     found = _CONVERSION.fullmatch(name)
     if found is None or found[1] not in ELEMENTARY or found[2] not in ELEMENTARY:

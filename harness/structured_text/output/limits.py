@@ -69,11 +69,11 @@ MOST_LINE_BYTES = 16 * _MEGABYTE
 
 #: Elements of all variables of a program; language/extent.py defines how they are counted.
 MOST_ELEMENTS = 4_000_000
-#: Instances of function blocks in a program, including inner ones.
+#: Instances of function blocks in a program, including instances inside other blocks.
 MOST_BLOCKS = 200_000
 #: Length of a chain of types, functions, blocks and constants in which each uses the next.
 MOST_LEVELS = 100
-#: Nesting depth of arrays, structures and blocks, also of unnamed ones.
+#: Nesting depth of arrays, structures and blocks, including types without a name.
 MOST_NESTED = 120
 #: Reported mistakes of one file, and of all files together.
 MOST_MISTAKES = 500

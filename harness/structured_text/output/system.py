@@ -123,7 +123,7 @@ def end_as_by_ctrl_c() -> list[int]:
     Temporary files are then removed. A signal that is ignored stays ignored (nohup).
 
     Returns:
-        A list that will contain the number of the signal that has come. Further ones are ignored.
+        A list that will contain the number of the first signal. Further signals are ignored.
     """
     came: list[int] = []
 

@@ -245,7 +245,7 @@ def _with_body(piece: Piece, name: str, text: Sequence[str]) -> Piece:
 
 
 def _elsewhere(lines: Lines) -> Lines:
-    """Mark lines of the project in a source whose file is the replacement; see `ELSEWHERE`."""
+    """Mark lines of the project in a source that is named after a replacement; see `ELSEWHERE`."""
     return tuple(
         line if line.at > ELSEWHERE else replace(line, at=line.at + ELSEWHERE) for line in lines
     )

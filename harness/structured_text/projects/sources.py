@@ -43,7 +43,8 @@ Files = str | Path | Sequence[str | Path]
 #: inserted error.
 INSTEAD: dict[Path, Path] = {}
 
-#: Folders of other tools, besides hidden ones; ST files in them do not belong to the user.
+#: Folders of other tools, in addition to hidden folders. ST files in them do not belong to the
+#: user.
 _FOREIGN = ("__pycache__", "site-packages")
 
 #: Listed folders by path: identity and times of the folder, and the files and folders in it.
@@ -159,7 +160,7 @@ def _dialect(given: str | None, said: Sequence[tuple[str, Path]], own: Sequence[
     """Return the dialect of a program, or raise InputError.
 
     The user's choice comes first, then the formats of the project's files, then the `apax.yml` of
-    SIMATIC AX. It is empty if none of these gives a dialect.
+    SIMATIC AX. The result is empty if none of them gives a dialect.
     """
     if found := rules_of(given).name if given else chosen():
         return found
@@ -227,7 +228,7 @@ def st_files(folder: Path) -> list[Path]:
 
     Hidden files and folders (`.venv`, `.git`), `site-packages` and `__pycache__` below it are
     omitted; the folder itself may be inside such a folder. Files that an export has written are
-    omitted, too.
+    also omitted.
     """
     return [file for file, _ in _Folder.of(folder).files()]
 
@@ -235,7 +236,8 @@ def st_files(folder: Path) -> list[Path]:
 class _Folder(NamedTuple):
     """The present content of a folder, as a cache key.
 
-    The resolved `place` is part of it, because relative paths depend on the working directory.
+    The key includes `place`, the resolved path, because relative paths depend on the working
+    directory.
     """
 
     place: str

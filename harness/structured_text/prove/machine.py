@@ -371,7 +371,7 @@ class Machine(SymbolicMemory):
     def _connected(self, node: t.Variable, written_back: list[Callable[[], None]]) -> Alternatives:
         """Return the places of a variable that is connected to a VAR_IN_OUT.
 
-        An element of a long array is not a place of its own. It is copied into a temporary
+        An element of a long array has no path of its own. The element is copied into a temporary
         variable, and a function that writes it back is added to `written_back`.
         """
         found = self.expressions.long_element(node)

@@ -57,7 +57,8 @@ class Surroundings:
 
     Attributes:
         inputs: Variables that no program writes, for example those of a panel or a scanner.
-        linked: Places of the connection's status, by the number of the device.
+        linked: The connection status of each device, by the number of the device, as paths in the
+            memory.
     """
 
     def __init__(self, project: Project) -> None:

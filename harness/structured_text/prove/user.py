@@ -109,7 +109,7 @@ class Replayed:
     Attributes:
         scans: The number of scans that ran to their end.
         error: The error that stopped the program, or None.
-        differences: Variables whose values differ from those of the run; empty if they agree.
+        differences: Variables with other values than in the run that was found; empty if all agree.
         findings: The broken rules, as text.
     """
 

@@ -62,7 +62,7 @@ def check_keys(config: pytest.Config, names: Iterable[str]) -> None:
     `names` are all known keys, for the message.
 
     Raises:
-        UsageError: one message, for pytest to print.
+        UsageError: An option has an unknown key. pytest prints the message.
     """
     every = getattr(config, "_inicfg", None)  # pytest 9.1 and later warn if inicfg is read
     given = dict.fromkeys(config.inicfg if every is None else every, config.inipath)

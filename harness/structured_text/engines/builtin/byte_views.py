@@ -99,7 +99,10 @@ class Number(_Scalar):
 
 @dataclass(frozen=True)
 class Bit(_Scalar):
-    """The layout of a BIT: bit `number` of a byte, whose other bits belong to other fields."""
+    """The layout of a BIT: bit `number` of a byte.
+
+    The other bits of the byte belong to other fields.
+    """
 
     number: int
     size: int = 1

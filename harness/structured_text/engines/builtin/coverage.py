@@ -123,7 +123,8 @@ class Plan:
     def body(self, node: t.Statement, body: tuple[t.Statement, ...], place: int = 0) -> int:
         """Return the counter of a body.
 
-        `place` is the index of a body without statements among such bodies of the node.
+        `place` is used for a body without statements: its number among the empty bodies of the
+        node.
         """
         return self.run[id(body[0])] if body else self.blank[id(node)][place]
 

@@ -215,8 +215,8 @@ class ExpressionCode:
     def _short(self, value: Value, kind: Type) -> Value:
         """Return the value, or a call of a local function if its code has too many brackets.
 
-        The local function is nested in that of the POU. It sees the same variables and is evaluated
-        at the same time as the whole expression.
+        The local function is nested in the function of the POU. It sees the same variables and is
+        evaluated at the same time as the whole expression.
         """
         if len(value.code) < _BRACKETS or _brackets(value.code) < _BRACKETS:
             return value
@@ -246,7 +246,7 @@ class ExpressionCode:
     def _read(self, code: str, kind: Type) -> str:
         """Return the Python code that reads a variable.
 
-        A text ends at its first 0 in projects whose pointers can write into texts.
+        If pointers of the project can write into texts, a text ends at its first character 0.
         """
         return f"ended({code})" if self._views and type_name(kind) in ANY_STRING else code
 

@@ -64,7 +64,8 @@ class Module:
         """Replace the functions of these blocks by functions that record each call.
 
         Returns:
-            The calls, each with the identity of the instance, and of the variable or 0.
+            The calls. Each has the identity of the instance, and the identity of its VAR_IN_OUT or
+            0.
         """
         for name, place in blocks.items():
             if name not in self._noted and f"f_{name}" in self.names:

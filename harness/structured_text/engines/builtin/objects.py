@@ -107,7 +107,7 @@ class _Starts:
     def heap_lines(self) -> Iterator[str]:
         """Yield the code that starts and ends blocks which `__NEW` has made.
 
-        The exit method of a derived block runs before that of its base.
+        The exit method of a derived block runs before the exit method of its base.
         """
         for key in self._objects.blocks:
             if self._is_needed(key):

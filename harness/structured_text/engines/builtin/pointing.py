@@ -102,7 +102,7 @@ class Pointing:
         return base if node.offset is None else f"{base}.at({self._code.exact(node.offset)})"
 
     def value(self, node: t.Expression) -> str:
-        """Return the Python code of one of these expressions."""
+        """Return the Python code of a method call, pointer or reference."""
         if isinstance(node, (t.This, t.CallMethod, t.Deref)):
             return self.variable(node)
         if isinstance(node, t.Address):

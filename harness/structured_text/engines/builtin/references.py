@@ -461,7 +461,7 @@ class Holders:
             return value
         held = getattr(value, "holder", None)
         if isinstance(held, (Elements, Fields)) and self.find(held) is None:
-            # The holder is a temporary view, so its memory is saved in its place.
+            # The holder is a temporary view. Therefore the memory behind the view is saved.
             whole = held.row if isinstance(held, Elements) else held.record
             view = self.saved(View(held.memory, held.at, whole))
             return _Held(type(value).__name__, ("", view), value.key)

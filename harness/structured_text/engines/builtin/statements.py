@@ -214,7 +214,7 @@ class Writer:
         self._emit(self._return())
 
     def _try(self, node: t.Try) -> None:
-        """Write a `__TRY` as a `try` of Python, whose order is that of CODESYS."""
+        """Write a `__TRY` as a `try` of Python, which runs its parts in the order of CODESYS."""
         self._tries += 1
         self._emit("try:")
         self._inside(node.body)

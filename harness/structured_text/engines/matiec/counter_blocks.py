@@ -1,4 +1,4 @@
-"""Counters (CTU, CTD, CTUD) whose results differ on matiec.
+"""Counters (CTU, CTD, CTUD) with other results on matiec than in the standard.
 
 In the standard, CV counts as far as the limits of its type. matiec stops counting up at PV, and
 counting down at 0. The difference is visible in CV, and in both outputs of CTUD. Q of CTD does not

@@ -149,7 +149,7 @@ def _find(sources: Sources) -> Iterator[Hit]:
 
 
 def _limit(sources: Sources) -> Iterator[Hit]:
-    """Yield each LIMIT whose constant limits are exchanged."""
+    """Yield each LIMIT with a constant lower limit above its constant upper limit."""
     for pou in sources.pous:
         for at, one in expressions(pou):
             if isinstance(one, t.Standard) and one.name == "LIMIT":

@@ -1,7 +1,7 @@
 """Comparisons of durations whose result on matiec differs from exact arithmetic.
 
 matiec stores a duration as seconds and nanoseconds, with two faults. A sum may keep 1000 ms beside
-its seconds, and compares as less than the next whole second. And about half of the literals are a
+its seconds, and compares as less than the next whole second. About half of the literals are a
 nanosecond short, because they are calculated in floating point (C type `long double`, here that of
 x86) and cut off. Both matter only if the two sides of a comparison are equal in exact arithmetic.
 

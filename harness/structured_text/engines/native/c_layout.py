@@ -178,7 +178,7 @@ class Layout:
         return self._members[kind.name.upper()][name]
 
     def codec(self, kind: Type, size: int) -> Codec:
-        """Return the codec of a type whose values take `size` bytes."""
+        """Return the codec of a type; `size` is the number of bytes of a value."""
         if isinstance(kind, ArrayType):
             return self._array_codec(kind, size)
         if isinstance(kind, (StructType, BlockType)):
@@ -204,7 +204,7 @@ class Layout:
 
 
 def _record(size: int, members: dict[str, Member]) -> Codec:
-    """Return the codec of a structure or block, whose value is a dict by declared names."""
+    """Return the codec of a structure or block; its values are dicts by declared names."""
     parts = [(name, member.offset, member.codec) for name, member in members.items()]
 
     def get(memory: memoryview, at: int) -> Value:

@@ -113,8 +113,8 @@ def compile_project(
         The contents of the shared object.
 
     Raises:
-        InputError: One of the compilers reports an error; with the user's file and line if the
-            compiler reports a place.
+        InputError: One of the compilers reports an error. If the compiler reports a place, the
+            error has the user's file and line.
     """
     texts = [source_text(file) for file in project.files]
     added = "\n".join([*_program_part(project, layout), _RUNTIME.read_text(encoding="utf-8")])

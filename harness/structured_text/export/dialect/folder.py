@@ -49,7 +49,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Tool:
-    """The differences between tools.
+    """The properties by which tools differ in their folders.
 
     Attributes:
         dialect: The words of the tool.
@@ -57,7 +57,8 @@ class Tool:
         tables: A function that returns the texts of a declaration's tables, by the end of their
             names.
         readme: Instructions for the folder; `{renamed}`, `{order}` and the notes are inserted.
-        notes: Texts about the library, by subject, for subjects on which the library has none.
+        notes: Texts about the library, by subject. They are used for subjects on which the library
+            has no text.
     """
 
     dialect: Dialect

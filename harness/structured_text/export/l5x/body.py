@@ -113,7 +113,7 @@ class _Writer:
     def _first_scan(self) -> None:
         """Add the statements that set the initial values of a program in its first scan.
 
-        A program has no Prescan routine, so it calls an instruction that has one.
+        A program has no Prescan routine, so it calls an instruction that has a Prescan routine.
         """
         aoi = self._aoi
         aoi.locals.append(Tag(f"{FIRST_SCAN}_1", Data(FIRST_SCAN), "Local", is_block=True))
@@ -174,7 +174,7 @@ class _Writer:
     # --- initial values -------------------------------------------------------------------
 
     def _cleared(self) -> Iterator[str]:
-        """Yield lines that set variables at each call: all of a function, and temporary ones."""
+        """Yield lines that reset variables at each call: in a function all, else temporary ones."""
         function = self._pou.kind == "FUNCTION"
         first = self._pou.body[0] if self._pou.body else None
         at_once = first.target if isinstance(first, t.Assign) else None

@@ -333,7 +333,7 @@ class _Run:
         return str(self._paths[number - 1])
 
     def _place(self) -> Place | None:
-        """Return the innermost running statement that is not one of the framework."""
+        """Return the file and line of the innermost running statement outside the framework."""
         for file, line in self.program.running():
             if str(real(file)) not in self.framework.files:
                 return Place(str(file), line)

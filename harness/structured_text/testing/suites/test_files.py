@@ -84,7 +84,7 @@ class TestFiles:
         """Return all sources with translated tests, and the title of each instance of a test.
 
         Raises:
-            InputError: a test file with an error.
+            InputError: A test file has an error.
         """
         word = _Words(self.case, **self.words)
         tests = [file for file in own if is_test_file(file)]
