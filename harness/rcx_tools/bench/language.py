@@ -136,7 +136,7 @@ def accepted(files: Sequence[Path]) -> Share:
 
 
 def _is_in(file: Path, error: InputError) -> bool:
-    """Return whether an error is in a file; for a declaration of a project, whether it is inside."""
+    """Return whether an error is in a file, or inside a declaration of a project."""
     if error.file != str(file):
         return False
     lines = [line.at for line in getattr(file, "lines", None) or ()]
