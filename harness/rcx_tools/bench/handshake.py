@@ -104,8 +104,6 @@ class Simulated(NamedTuple):
         """Return the scans of the largest difference between a time and its minimum.
 
         A negative number means that the calculated minimum is wrong.
-
-        A negative number is a mistake of the minimum.
         """
         late = [a - b for a, b in zip(self.took, self.minimum, strict=True)]
         return max(late, key=abs) // self.case.scan_us
@@ -132,8 +130,9 @@ def simulate_command(case: Case, *, together: bool = False) -> Simulated:
         case: The combination.
         together: `Execute` rises in a scan in which all clocks tick. This needs phases of 0.
 
-    Returns: The times of four scans, counted from the scan of the rising edge [us]: the code is
-    written, the command is done, the next data are possible, the next code is written.
+    Returns:
+        The times of four scans, counted from the scan of the rising edge [us]: the code is written,
+        the command is done, the next data are possible, the next code is written.
     """
     config = RobotConfig(
         command_accept_delay=case.response_us / 1000, status_reset_delay=case.response_us / 1000,

@@ -87,7 +87,8 @@ def running(module: str, arguments: Sequence[str]) -> Iterator[subprocess.Popen[
 def first_line(process: subprocess.Popen[str]) -> str:
     """Wait for the first line of a process, which shows that the process is ready.
 
-    Raises: InputError: the process has ended without a line.
+    Raises:
+        InputError: the process has ended without a line.
     """
     assert process.stdout is not None
     line = process.stdout.readline().strip()

@@ -59,8 +59,8 @@ class Repository:
     def programs(self, root: Path) -> Iterator[list[Path]]:
         """Yield the entries of each program.
 
-        Raises: InputError: a pattern matches no file, so the checkout is not at the measured
-        commit.
+        Raises:
+            InputError: a pattern matches no file, so the checkout is not at the measured commit.
         """
         folder = self.folder(root)
         if self.together:

@@ -67,8 +67,6 @@ def fitted(names: Sequence[str]) -> Law:
     """Return the law with the least sum of squared relative errors for the cycles of these models.
 
     The search uses a grid that becomes finer. Every call gives the same result.
-
-    The search uses a grid that becomes finer; every call gives the same result.
     """
     models = [robot_models()[name] for name in names]
 

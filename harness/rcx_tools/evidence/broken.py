@@ -96,7 +96,8 @@ def library_copy() -> Iterator[Path]:
 def broken_library(file: str, old: str, new: str) -> Iterator[Path]:
     """Yield a copy of the library in which `new` replaces `old` in one file.
 
-    Raises: InputError: `old` does not occur exactly once in the file.
+    Raises:
+        InputError: `old` does not occur exactly once in the file.
     """
     bug = Bug(f"of {file}", file, old, new)
     with library_copy() as lib:

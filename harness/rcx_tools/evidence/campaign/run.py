@@ -56,7 +56,8 @@ def run_storms(
 ) -> Outcome:
     """Run the storms one after the other, and after each wait for rest and recover.
 
-    Raises: Failure: the first error that is found.
+    Raises:
+        Failure: the first error that is found.
     """
     station = Station(program, conditions, seed, trace)
     with station:

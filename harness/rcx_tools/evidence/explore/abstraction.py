@@ -83,8 +83,9 @@ class ModelAbstraction(Abstraction):
 
         From now on, a state is the concatenation of the parts' bytes.
 
-        Args: groups: Names of the program's variables in each part, in upper case. The first part
-        must contain the robot, and each stored variable must be in exactly one part.
+        Args:
+            groups: Names of the program's variables in each part, in upper case. The first part
+                must contain the robot, and each stored variable must be in exactly one part.
         """
         places = {name: place for place, names in enumerate(groups) for name in names}
         self.slots.sort(key=lambda one: places[self._part_of[id(one)]])

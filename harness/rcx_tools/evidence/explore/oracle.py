@@ -318,8 +318,9 @@ class Oracle:
             clear: Time since link and CPU_OK are ON.
             asked: Whether the block with the present code has a request.
 
-        Returns: The new `clear` and `flags`, whether a requested code went out in this scan, and
-        the broken rules.
+        Returns:
+            The new `clear` and `flags`, whether a requested code went out in this scan, and the
+            broken rules.
         """
         code, broken = self._codes[new], []
         if code and not link.cpu_ok:

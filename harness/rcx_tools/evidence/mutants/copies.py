@@ -41,8 +41,6 @@ class Traced(PerTest):
     """Plugin that records for each test the result, processor time [s], and executed functions.
 
     A function is `(file, line)`: a file in `folder`, and the line where the function begins.
-
-    Functions are `(file, line)`: of the files in `folder`, with the line where their code begins.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -112,7 +110,8 @@ class Copies:
     Args:
         root: The repository. It is not changed.
 
-    Raises: InputError: the repository cannot be copied.
+    Raises:
+        InputError: the repository cannot be copied.
     """
 
     def __init__(self, root: Path) -> None:

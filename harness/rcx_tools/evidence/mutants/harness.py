@@ -126,7 +126,8 @@ class HarnessRun:
     def figures(self, wanted: Sequence[str]) -> dict[str, dict[str, Any]]:
         """Run the wanted kinds, and `seeded`; return the figures of each.
 
-        Raises: InputError: a seeded bug cannot be inserted.
+        Raises:
+            InputError: a seeded bug cannot be inserted.
         """
         table = self._root / "tests/tools/evidence/seeded.toml"
         found_bugs = [bug for bug in bugs(table) if self._wants(bug.file)]
@@ -380,8 +381,6 @@ def _marked(node: str, marks: dict[str, tuple[str, ...]]) -> frozenset[str]:
     """Return the table entries that the name of a test mentions.
 
     A test in tests/spec, or a test without parameters, is about all entries.
-
-    A test in tests/spec, or without parameters, is about all entries.
     """
     if "[" not in node or node.startswith("tests/spec/"):
         return frozenset(entry.upper() for entry in marks)

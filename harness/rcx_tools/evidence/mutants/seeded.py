@@ -32,7 +32,8 @@ class Bug(broken.Bug):
     def mutant(self, root: Path) -> Mutant:
         """Return the mutant of the file with the bug.
 
-        Raises: InputError: the bug cannot be inserted, or a path of tests does not exist.
+        Raises:
+            InputError: the bug cannot be inserted, or a path of tests does not exist.
         """
         self.check(root)
         for tests in self.tests:

@@ -72,9 +72,6 @@ class Judges:
     The selected tests are all tests in files that the head of the source names or that name the POU
     themselves, and some evenly spread tests of every other file.
 
-    Among all tests that run the POU it takes those of the files that the head of the source names
-    or that name the POU themselves, and some of every other file, evenly spread.
-
     Args:
         states: Hashes of the test files.
         ran: Upper-case names of the POUs that each test has run, in the order of the tests.

@@ -22,15 +22,14 @@ def quick_tier(judged: Sequence[Judged], exhaustive: Collection[str]) -> dict[st
 
     Exhaustive tests run last. So if one of them has found a mutant, no quick test finds the mutant.
 
-    Exhaustive tests run last, so a mutant that one of them has found is found by no quick test.
-
     Args:
         judged: All mutants, each with the test that has found it.
         exhaustive: Tests that `make test` leaves out.
 
-    Returns: `killed`: number of mutants that a quick test kills; `share`: their share of all killed
-    mutants [%]; `only_exhaustive`: number of mutants that only exhaustive tests find, for each test
-    function.
+    Returns:
+        `killed`: number of mutants that a quick test kills; `share`: their share of all killed
+        mutants [%]; `only_exhaustive`: number of mutants that only exhaustive tests find, for each
+        test function.
     """
     killed = [mutant for mutant in judged if mutant.killed]
     late = Counter(mutant.by.partition("[")[0] for mutant in killed if mutant.by in exhaustive)

@@ -272,8 +272,6 @@ def _rounded(symbol: str) -> Callable[[Any, list[str]], str]:
     """Return the writer of an operation that rounds to the nearest number.
 
     A result of single precision is computed in double precision and then rounded.
-
-    A result of single precision is computed as a double and rounded once more.
     """
 
     def code(term: Any, a: list[str]) -> str:

@@ -300,9 +300,7 @@ def assumed(step: Step) -> tuple[Any, ...]:
 def linked(machine: Machine, memory: Memory) -> Any:
     """Return the claim about the answer of FB_ReadArea: without CPU_OK it is an error.
 
-    The claim is about a scan. Before the very first FB_ReadArea there is no answer yet.
-
-    Only FB_ReadArea changes these values. Before the very first call there is no answer yet.
+    Only FB_ReadArea changes these values. Before its very first call there is no answer yet.
     """
     placed = machine.term((*ROBOT, "INNER", "INSCAN"), memory)
     answer = machine.term((*ROBOT, "INNER", "ANSWER"), memory)
@@ -366,9 +364,6 @@ def without_floats(term: Any) -> Any:
 
     A proof of the new term also proves the old term. The solver only knows that identical results
     have equal variables.
-
-    A proof of the new term is a proof of the old one: of these variables only the equality of
-    identical results is known.
     """
     if isinstance(term, bool):
         return term

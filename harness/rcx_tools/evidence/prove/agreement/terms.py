@@ -63,7 +63,7 @@ class Translation:
         self._given = _given(self._program.inputs, leaves, start) if start is not None else None
 
     def run(self, before: list[Any], now: int) -> tuple[list[Any], bool, bool]:
-        """Return the leaves after a call, whether it stops the program, whether a result is open."""
+        """Return the leaves after a call, whether it stops the program, and whether it is open."""
         given = self._given(before, now) if self._given is not None else ()
         found = self._program.run(given)
         after = list(before)
