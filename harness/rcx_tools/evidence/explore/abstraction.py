@@ -4,14 +4,12 @@ This abstraction omits more than the abstraction for programs of users, because 
 and tables of the library say which variables have a later effect:
 
 * Time: all scans of a model have the same interval, or one of a few intervals that the environment
-chooses. A TON only compares the time since its start with PT. So only the ticks since its start
-matter, and all numbers above the longest PT of the model are equal. Only `Tables.clock` reads ET,
-and it restarts its TON in every scan. Its ET is 0 before the first scan, and then the time since
-the previous scan. Waits that are counted in milliseconds are ordinary numbers; none exceeds its
-limit.
-
+  chooses. A TON only compares the time since its start with PT. So only the ticks since its start
+  matter, and all numbers above the longest PT of the model are equal. Only `Tables.clock` reads ET,
+  and it restarts its TON in every scan. Its ET is 0 before the first scan, and then the time since
+  the previous scan. Waits that are counted in milliseconds are ordinary numbers; none exceeds its
+  limit.
 * Words without a later effect are omitted, as the tables say.
-
 * All other values are replaced by an index, in the order of their first occurrence.
 """
 
