@@ -1,6 +1,4 @@
-"""Generator of a block's input checks: values that a telegram cannot carry, or forbidden values.
-"""
-
+"""Generator of a block's input checks: values that do not fit a telegram, or forbidden ones."""
 from __future__ import annotations
 
 import struct
