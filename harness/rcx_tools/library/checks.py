@@ -1,4 +1,5 @@
 """Generator of a block's input checks: values that do not fit a telegram, or forbidden ones."""
+
 from __future__ import annotations
 
 import struct
