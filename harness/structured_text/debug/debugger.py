@@ -470,7 +470,7 @@ class Debugger:
             self.breakpoints, self.watches = own
 
     def _scans_with(self, first: int, end: int, rules: bool) -> list[int]:
-        """Run the scans from `first` to `end` - 1 fast; return those in which something stops."""
+        """Run the scans from `first` to `end` - 1 fast; return those with a reason to stop."""
         found: list[int] = []
         machine = self.player.machine
         for scan in range(first, end):

@@ -44,8 +44,8 @@ class Condition:
 
     Attributes:
         text: The condition as the user wrote it.
-        paths: The variables that it names.
-        has_before: Whether it contains a `BEFORE(...)`.
+        paths: The variables in the condition.
+        has_before: Whether the condition contains a `BEFORE(...)`.
         before_paths: The variables inside `BEFORE(...)`, in their order.
         before: The values that `mark` saved for these variables; the attribute can be set.
     """

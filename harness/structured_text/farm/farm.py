@@ -79,8 +79,8 @@ class Farm:
     """The workers for items of work, on this computer or in a cluster.
 
     Args:
-        workers: Number of processes on this computer (default: one per processor); 0: this
-            process.
+        workers: Number of processes on this computer; by default one per processor. 0 stands for
+            this process itself.
         cluster: A cluster that is used instead of this computer.
         console: Console for the progress bar; None for no progress.
     """

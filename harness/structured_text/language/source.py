@@ -62,11 +62,11 @@ class Unread:
     Its POU is declared with an empty body, so that the rest of the sources can be checked.
 
     Attributes:
-        name: Its POU, or `Block.Method` for a part of a POU.
+        name: Name of the POU; `Block.Method` for a part of a POU.
         says: The reason, as the predicate of a message.
         language: The short name of its language, for lists.
-        file: Its file.
-        at: Its line in that file.
+        file: The file with the body.
+        at: The line of the body in that file.
     """
 
     name: str

@@ -199,7 +199,7 @@ def convertible(source: str, target: str) -> bool:
 
 
 def overload(name: str) -> str:
-    """Return the target of `TO_INT` and the like, which take any type; else empty."""
+    """Return the target type of a conversion from any type, such as `TO_INT`; else empty."""
     target = name.removeprefix("TO_")
     return ELEMENTARY[target].name if name.startswith("TO_") and target in ELEMENTARY else ""
 

@@ -1,6 +1,7 @@
 """The namespace `__SYSTEM` of CODESYS and TwinCAT: ANY, its classes and IQueryInterface.
 
-The declarations are Structured Text. If a program names them, they are used like its own.
+The declarations are Structured Text. If a program uses one of them, it is added to the program's
+declarations.
 """
 
 from __future__ import annotations

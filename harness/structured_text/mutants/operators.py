@@ -67,7 +67,7 @@ _NOTHING = ("FALSE", "0", "0.0", "''", "BYTE#16#00", "WORD#16#0000", "DWORD#16#0
 def changes(body: Body) -> Iterator[Change]:
     """Yield every change that the operators can make in a POU, in order.
 
-    The changes need not be type-correct; the checker removes those that are not.
+    The changes need not be type-correct, because the checker removes changes with errors.
     """
     for place in places(body):
         for operator in _OPERATORS:

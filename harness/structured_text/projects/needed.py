@@ -71,7 +71,7 @@ def declared_names(file: Path) -> frozenset[str]:
 
 @dataclass(frozen=True)
 class _File:
-    """The names in a file, in upper case, without those in comments and string literals.
+    """The names in a file, in upper case, without names in comments and string literals.
 
     `declared` is empty if the file declares no name, or if it declares global variables or a
     configuration.

@@ -61,11 +61,11 @@ class Types:
     arrays: dict[str, Data] = field(default_factory=dict)
 
     def is_string(self, data: Data) -> bool:
-        """Return whether it is a single text."""
+        """Return whether the type is a single STRING."""
         return not data.sizes and data.type.upper() in self.strings
 
     def is_simple(self, data: Data) -> bool:
-        """Return whether it is a single number or BOOL."""
+        """Return whether the type is a single number or BOOL."""
         return not data.sizes and (data.type == "BOOL" or data.type in NUMBERS)
 
     def written(self, data: Data) -> str:
