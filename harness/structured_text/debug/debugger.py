@@ -518,7 +518,7 @@ class Debugger:
             if hits := self._hits_here():
                 found.append((Moment(scan, step), Stop("breakpoint", "", hits)))
 
-        # if an error ends the program in this scan, the statements up to the error have run
+        # If an error ends the program in this scan, the statements up to the error have run.
         with suppress(InputError):
             self.player.every(look)
         changes(Moment(scan, last) if before and last else Moment(scan + 1))
@@ -532,7 +532,8 @@ class Debugger:
         """Apply a change at this moment, and repeat it whenever the run passes this moment again.
 
         Returns:
-            Whether the run had already gone beyond this moment; that part of it is discarded.
+            Whether the run had already gone beyond this moment. If so, everything after this moment
+            is discarded.
         """
         later = self.player.edit(apply)
         for one in self.breakpoints:

@@ -153,7 +153,7 @@ def _configured(declared: Declared, registry: Registry, declarations: Declaratio
         Task(name.text, interval, priority, tuple(members[key]))
         for key, (name, interval, priority) in intervals.items()
     )
-    # A program without a task keeps its own pace beside the tasks: it runs in every scan.
+    # A program without a task does not depend on the tasks: it runs in every scan.
     own_us = [_SCAN_US] if free else []
     tick = math.gcd(*(task.interval_us for task in tasks), *own_us) if tasks else None
     runs = [

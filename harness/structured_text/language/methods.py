@@ -147,7 +147,7 @@ class Methods:
             return False
         here = self._scope.block
         if here is not None and here.kind == "PROGRAM" and node.key == here.name.upper():
-            # inside a program, the program's name before a dot refers to its own variables
+            # Inside a program, the program's name before a dot refers to its own variables.
             return not parts
         name = ".".join([node.key, *reversed(parts)])
         return name in self._scope.registry.namespaces

@@ -53,7 +53,7 @@ class Declared:
 
     @property
     def is_system(self) -> bool:
-        """Return whether the tool declares it, and not the user: it belongs to no file."""
+        """Return whether the tool has this declaration, and not the user; it belongs to no file."""
         return str(self.file) == _LIBRARIES[0]
 
     def error(self, message: str, at: s.Position, hint: str = "") -> InputError:
@@ -153,7 +153,7 @@ class Registry:
             self.pous[key] = declared
 
     def _overloads(self, declared: Declared, earlier: Declared) -> bool:
-        """Add a function with the same name as another one; return False if the inputs are equal."""
+        """Add a function with the name of another one; return False if that is not allowed."""
         node, other = declared.node, earlier.node
         if self.dialect.name != "ax" or not isinstance(node, s.Pou) or not isinstance(other, s.Pou):
             return False

@@ -1,4 +1,4 @@
-"""Initial values at the start of a program or call: pointers, arguments, calculated values."""
+"""Initial values that are assigned when a program or call starts: pointers, arguments and others."""
 
 from __future__ import annotations
 

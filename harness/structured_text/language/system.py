@@ -156,7 +156,7 @@ _NAMED = ("TYPE_CLASS", ANY_TYPE, "PVOID", "EXCEPTIONCODE")
 
 @lru_cache(maxsize=1)
 def _declared() -> dict[str, Declared]:
-    from structured_text.language.parser import read_text  # imports the grammar
+    from structured_text.language.parser import read_text  # imported late, as it loads the grammar
 
     source = read_text(_TEXT, Path(SPACE))
     found: dict[str, Declared] = {}

@@ -15,7 +15,7 @@ __all__ = ["not_executed", "refusal", "unread_bodies"]
 
 
 def unread_bodies(paths: Iterable[object]) -> list[Unread]:
-    """Return the bodies in other languages of some sources."""
+    """Return the bodies of some sources that are in other languages."""
     return [body for path in paths for body in getattr(path, "unread", ())]
 
 

@@ -41,7 +41,7 @@ def needed(program: Iterable[Path], library: Sequence[Path]) -> list[Path]:
     own = list(program)
     files = [*own, *library]
     key = cache.sources_key(files)
-    # the same files may be split into program and library in another way
+    # The same files may be split into program and library in another way.
     key = key and f"{key}-{len(own)}"
     return cache.made_of("needed", key, files, lambda: _needed(own, library))
 

@@ -72,7 +72,7 @@ class NotCarriedError(Exception):
     """The error for an element without a counterpart in a Logix controller; the message names it.
 
     Attributes:
-        at: Its position; None for the whole declaration.
+        at: Position of the element; None if the whole declaration has no counterpart.
     """
 
     at: Position | None = None

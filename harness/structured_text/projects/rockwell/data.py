@@ -31,7 +31,7 @@ class Data:
 
     @property
     def element(self) -> Data:
-        """Return the type of an element, with an index for each dimension."""
+        """Return the type of an element of the array."""
         return Data(self.type, stored=self.type in STORED)
 
 
