@@ -1,4 +1,4 @@
-"""Headless chromium, for the look and the speed of a page."""
+"""Headless Chromium, to check the appearance and the speed of a page."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ LIMIT_S = 120
 
 
 def is_there() -> bool:
-    """Return whether it can be started."""
+    """Return whether Chromium can be started."""
     return bool(shutil.which("chromium") and shutil.which("chromedriver"))
 
 
 @contextmanager
 def chromium(width: int = 1280, height: int = 900) -> Iterator[WebDriver]:
-    """Yield a browser with a page of this size."""
+    """Yield a browser with a window of this size."""
     from selenium import webdriver
     from selenium.webdriver.chrome.service import Service
 

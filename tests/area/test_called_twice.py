@@ -1,4 +1,4 @@
-"""FB_ReadArea and FB_WriteArea are called once per scan; a second call is harmless and reported.
+"""FB_ReadArea and FB_WriteArea are for one call per scan; a second call is harmless and reported.
 
 The same holds for FB_ReadAreaWords and FB_WriteAreaWords. FB_RcxTakeHead and FB_RcxDedicatedInputs
 detect the second call.
@@ -18,7 +18,7 @@ _INTERVAL_SCANS = 12
 def _bench(
     twin: str, *, other: bool = False, m: int = 0, n: int = 0, contract: bool = True
 ) -> PlcBench:
-    """Return a bench whose area blocks are called again, also by a second instance."""
+    """Return a bench that calls the area blocks twice; with `other` by a second instance."""
     image = "RCX_IMAGE_WORDS" if twin else "RCX_IMAGE"
     copied = "" if not twin else _COPY
     read, write = ("ReadOther", "WriteOther") if other else ("ReadArea", "WriteArea")
@@ -98,7 +98,8 @@ def test_a_time_limit_stays_true_where_the_area_is_read_twice(twin: str, other: 
 def test_reading_twice_is_noticed_and_the_first_reading_stands(twin: str, other: bool) -> None:
     """The second reading changes nothing.
 
-    A second area belongs to another controller, so its answers must not be used.
+    If the second call reads another area, this area belongs to another controller. Its answers must
+    not be used.
     """
     plc = _bench(twin, other=other, m=48 if other else 0)
     read = "ReadOther" if other else "ReadArea"
@@ -144,7 +145,9 @@ def test_a_second_reading_can_take_the_connection_away(twin: str) -> None:
 
 @_TWINS
 def test_a_second_reading_that_finds_no_link_is_no_scan_of_its_own(twin: str) -> None:
-    """The blocks report a lost connection and not a missing call.
+    """A second reading without a link is not taken for a scan of its own.
+
+    The blocks report a lost connection and not a missing call.
 
     Source: docs/reference/errors.md, 16#8001 and 16#8013.
     """
@@ -189,7 +192,7 @@ def test_writing_twice_keeps_the_interval_between_dedicated_inputs(twin: str, ot
 
 @_TWINS
 def test_a_second_writing_takes_the_safety_inputs_away_where_its_pins_say_so(twin: str) -> None:
-    """The inputs go OFF in the same scan until a block releases them; nothing else changes.
+    """The inputs go OFF in the same scan and stay OFF until a block releases them.
 
     Source: manual chapter 5, 2, SI(00) and SI(06): OFF stops.
     """
@@ -260,7 +263,7 @@ def test_without_writing_the_blocks_end_and_reading_says_why(twin: str) -> None:
 
 
 def test_an_instance_that_left_scans_to_another_one_begins_with_the_interval() -> None:
-    """The timers of an instance do not include changes by the other instance.
+    """The timers of an instance do not know changes by the other instance, so the instance waits.
 
     Source: chapter 5, 3, caution.
     """
@@ -323,7 +326,7 @@ def test_no_start_goes_out_against_a_stop_that_is_asked_for(
 
     SI(01) alone does not need SI(06).
 
-    Source: manual chapter 5, 2, SI(01), and chapter 5, 3.2: not with either of them OFF.
+    Source: manual chapter 5, 2, SI(01), and chapter 5, 3.2: no start with SI(00) or SI(06) OFF.
     """
     request = {"SI01": 0x0002, "SI12": 0x0400, "SI14": 0x1000, "SI17": 0x8000}[bit]
     plc = _started()

@@ -1,6 +1,6 @@
 """FB_RcxDedicatedInputs makes one change at a time.
 
-Changes are 100 ms and a margin apart: 120 ms, which are 12 scans.
+The interval between two changes is 100 ms and a margin, here 120 ms, which are 12 scans.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def test_a_safety_switch_off_goes_out_at_once_and_restarts_the_interval(pin: str
 
 
 def test_both_safety_inputs_may_fall_together_but_not_rise_together() -> None:
-    """Source: manual chapter 5, 3.1, caution; exemption of the switch-off only."""
+    """Source: manual chapter 5, 3.1, caution; only the switch-off is exempt."""
     plc = PlcBench()
     plc.power_up()
     plc["EmergencyStopOk"] = plc["StopOk"] = False
@@ -92,7 +92,7 @@ def test_both_safety_inputs_may_fall_together_but_not_rise_together() -> None:
     [
         ("T#100ms", "T#20ms", 120),
         ("T#250ms", "T#20ms", 270),
-        ("T#10ms", "T#20ms", 120),  # the manual's 100 ms cannot be undercut
+        ("T#10ms", "T#20ms", 120),  # 100 ms is the minimum of the manual
         ("T#0s", "T#0s", 100),
     ],
 )
@@ -133,7 +133,7 @@ def test_inputs_that_nobody_requests_any_more_are_withdrawn() -> None:
     assert _changes(plc, 20) == [(start + 110, "SI01 OFF")]
 
 
-# --- the block alone, at random ---
+# --- the block alone, with random inputs ---
 
 
 @pytest.fixture(scope="module")

@@ -233,7 +233,7 @@ def test_a_shared_word_is_valid_only_while_no_response_is_shown() -> None:
 
 
 def test_a_status_that_nobody_asked_for_makes_the_shared_words_invalid_at_once() -> None:
-    """When a PLC starts, the controller may still show the status of its last command.
+    """When a PLC starts, the controller may still show the status of the last command.
 
     Source: guide chapter 1, 1.2: a status other than 0x0000 has a response beside it.
     """
@@ -245,7 +245,7 @@ def test_a_status_that_nobody_asked_for_makes_the_shared_words_invalid_at_once()
 
 
 def test_extended_words_and_bits_are_valid_while_a_command_runs() -> None:
-    """Source: manual chapter 1, 4.2: they lie beside the words of the commands."""
+    """Source: manual chapter 1, 4.2: these words are not used by commands."""
     plc = _up(size=256)
     _show(plc, 126, 0x5678, 0x1234)
     plc.so[45] = 0x80

@@ -197,7 +197,7 @@ def test_a_block_that_gives_up_with_its_data_out_hands_no_data_to_the_next_code(
     assert plc.words == [0x0501, 0x0001, *[0] * 14]
 
 
-# --- the block alone, at random ---
+# --- the block alone, with random inputs ---
 
 
 @pytest.fixture(scope="module")
@@ -220,7 +220,9 @@ _STATUSES = (0x0000, 0x0000, 0x0000, 0x0100, 0x0100, 0x0200, 0x4000, 0x0300, 0x8
 def test_an_output_without_end_whose_block_has_gone_is_ended(
     alone: Alone, serving: int, lowest: int
 ) -> None:
-    """The status reset ends such an output, also for the last ticket before the numbers restart.
+    """The status reset ends a continuous output whose block is no longer called.
+
+    This also holds for the last ticket number before the numbers restart.
 
     Source: guide 4.7.4.
     """

@@ -1,6 +1,7 @@
 """Calls before FB_ReadArea or after FB_WriteArea, and their effects on the wire.
 
-tests/contract/test_out_of_place.py tries every block. These tests are about the other cases.
+tests/contract/test_out_of_place.py tries every block. These tests check stops, releases, requests
+without a block, and movements.
 """
 
 from __future__ import annotations
@@ -106,7 +107,7 @@ def _move(plc: PlcBench, place: str) -> None:
 def test_a_stop_acts_in_any_place_and_stays_until_a_block_in_its_place_releases_it(
     place: str, block: str, input_name: str, kept: list[str], words: str
 ) -> None:
-    """The next FB_WriteArea sends the stop, and the block reports where it was called.
+    """The next FB_WriteArea sends the stop. The block reports that it was called out of place.
 
     Source: manual chapter 5, 2: SI(00) and SI(06) OFF stop; docs/reference/errors.md, 16#8017.
     """
@@ -167,9 +168,11 @@ def test_a_release_that_is_moved_before_its_input_is_on_puts_the_hold_back(
 @pytest.mark.parametrize("words", ["", "Words"], ids=["bytes", "words"])
 @pytest.mark.parametrize("place", PLACES)
 def test_what_was_asked_for_outside_of_the_two_does_not_go_out(place: str, words: str) -> None:
-    """Any block may have made the request.
+    """A request or code that is set before FB_ReadArea or after FB_WriteArea is dropped.
 
-    A FB_WriteArea in between may have had an illegal area.
+    It does not matter which block sets it.
+
+    This holds also after a call of FB_WriteArea with an illegal area (n = 600).
 
     Source: docs/explanation/scan-model.md, where a block is called.
     """
@@ -260,7 +263,9 @@ def test_a_panel_out_of_place_starts_nothing_says_so_and_still_stops(place: str)
 
 @pytest.mark.parametrize("place", PLACES)
 def test_a_work_cycle_out_of_place_is_a_fault(place: str) -> None:
-    """Run is an Execute, so it must not come from such a place.
+    """Run starts the work as Execute does.
+
+    A call before FB_ReadArea or after FB_WriteArea is therefore an error.
 
     Source: docs/reference/errors.md, 16#8017.
     """

@@ -1,6 +1,6 @@
 """Words 2 to 15 come from the area that FB_ReadArea read.
 
-Only a block that is not overruled can release a hold.
+The last test checks that a hold stays if it is released and requested in the same scan.
 """
 
 from __future__ import annotations

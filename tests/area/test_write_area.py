@@ -104,7 +104,7 @@ def test_an_input_that_a_block_holds_is_off_whatever_the_pin_says(hold: str, nam
     assert plc.inputs == ["SI00", "SI06"]
 
 
-# --- FB_RcxMakeHead alone, at random ---
+# --- FB_RcxMakeHead alone, with random inputs ---
 
 
 @pytest.fixture(scope="module")
@@ -113,7 +113,7 @@ def head() -> Alone:
 
 
 def test_times_beyond_all_measure_leave_no_time_of_32_bits(head: Alone) -> None:
-    """With 8 days each, the spacing plus Margin stays below 2^31 ms (24.8 days)."""
+    """If both times have their limit of 8 days, their sum stays below 2^31 ms (24.8 days)."""
     head.restart()
     head["Block.Interval"] = head["Block.Margin"] = "T#24d"
     head.scan(0)
@@ -136,7 +136,7 @@ _DAY_MS = 86_400_000
 def test_each_time_has_its_own_limits_in_every_scan(
     head: Alone, interval: str, margin: str, spacing_ms: int, extra_ms: int
 ) -> None:
-    """The earlier values of the times have no effect.
+    """The values of the times in earlier scans have no effect.
 
     Source: head of FB_RcxMakeHead: 8 days of each count.
     """

@@ -1,4 +1,4 @@
-"""The bridge makes its decisions, tested with a simulated clock.
+"""Decisions of the bridge, tested with a simulated clock.
 
 A scene has a PLC, a robot and the bridge between them. `Scene.go` runs one exchange.
 """
@@ -200,7 +200,7 @@ def test_a_plc_that_comes_and_goes_begins_again_each_time() -> None:
 
 
 def test_time_without_a_robot_counts_for_the_hold_time() -> None:
-    """The PLC has received the loss during all of this time."""
+    """While there is no robot, the PLC already sees a loss. This time counts as hold time."""
     scene = Scene(robot_there=False)
     scene.go(50)
     scene.robot_there = True

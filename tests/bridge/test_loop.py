@@ -1,4 +1,4 @@
-"""The bridge's exchange has its order, duration and failures, tested with a simulated clock."""
+"""Order, duration and failures of the bridge's exchange, tested with a simulated clock."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _ANSWERS = bytes(range(48))
 
 @dataclass
 class Room(PlcLink):
-    """A PLC, a robot and a clock, with all calls in their order."""
+    """A simulated PLC with a clock, which records the calls of the loop in their order."""
 
     now_us: int = 0
     done: list[tuple[str, object]] = field(default_factory=list)
@@ -33,7 +33,7 @@ class Room(PlcLink):
         return self.now_us
 
     def connect(self) -> None:
-        """Connect this side."""
+        """Connect the PLC."""
         self._do("connect")
         self.connected = True
 
@@ -44,7 +44,7 @@ class Room(PlcLink):
         return tuple(self.words)
 
     def write(self, words: Sequence[int]) -> None:
-        """Record the call."""
+        """Record the words that are written to the PLC."""
         self._do("write", tuple(words))
 
     def _do(self, what: str, value: object = None) -> None:
@@ -62,7 +62,7 @@ class Room(PlcLink):
 
 
 class Robot(RobotLink):
-    """The robot that shares the PLC's room."""
+    """A simulated robot, which records its calls together with those of the PLC."""
 
     def __init__(self, room: Room) -> None:
         self.room = room
@@ -75,7 +75,7 @@ class Robot(RobotLink):
         return _ANSWERS if self.there else Lost("cut")
 
     def write(self, image: bytes, valid_us: int | None) -> None:
-        """Record the call."""
+        """Record the image that is written to the robot."""
         self.room.done.append(("robot", image))
         self.image, self.valid_us = image, valid_us
 
@@ -220,7 +220,7 @@ def test_a_plc_that_fails_during_the_last_writing_does_no_harm(loop: Loop, room:
 
 
 def test_figures_are_of_the_exchanges_that_succeeded(loop: Loop, room: Room) -> None:
-    """Reading and writing take 2 ms each, and exchanges are 10 ms apart."""
+    """Reading and writing take 2 ms each, and there is an exchange every 10 ms."""
     run(loop, room)
     for _ in range(20):
         room.now_us += 6_000
@@ -277,7 +277,10 @@ def test_figures_of_another_time_are_not_shown() -> None:
 
 
 def test_an_area_and_the_word_behind_it_are_one_request_of_48_two_of_256_bytes() -> None:
-    """Modbus reads 125 registers at once and writes 123. Double words are not split."""
+    """One Modbus request can read 125 registers or write 123.
+
+    A double word is never divided between two requests.
+    """
     assert list(Registers(0, 1024, 48).parts(1024)) == [(1024, 25)]
     assert list(Registers(100, 1024, 256).parts(100)) == [(100, 120), (220, 9)]
 

@@ -166,7 +166,7 @@ def test_a_program_that_stops_stops_the_robot(bench: BridgeBench, plc: OpenPlc) 
 
 
 def test_it_runs_in_the_virtual_cell_as_behind_a_bridge(build_cell: Callable[..., Cell]) -> None:
-    """The word after the inputs is the life word, and a loss gives zeros, in %MW and %Q."""
+    """The life word follows the inputs in %MW. A loss of the link sets these words to 0."""
     cell = build_cell(sorted(_EXAMPLE.glob("*.st")), engine="builtin")
     Stimulus.load(_EXAMPLE / "stimulus.toml").schedule(cell)
     cell.run_until(lambda: cell["Main.Complete"], within="3s")

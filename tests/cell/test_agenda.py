@@ -39,7 +39,7 @@ def test_repeated_and_single_events_keep_their_order() -> None:
 def test_each_kind_of_event_is_over_before_the_next() -> None:
     """At equal times all cycles come before all packets.
 
-    Those of the first controller come first.
+    Within a kind, the events of the first controller come first.
 
     Source: rcx_harness.cell.clock, first paragraph.
     """

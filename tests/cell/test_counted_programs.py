@@ -117,7 +117,7 @@ def _result(folder: Path, text: str) -> FileResult:
 def test_lines_and_branches_are_counted(
     tmp_path: Path, text: str, lines: dict[int, int], branches: dict[str, int]
 ) -> None:
-    """Expected values are by hand.
+    """The expected values were determined by hand.
 
     P900 and P901 are not defined, which is an error of the program.
     """
@@ -127,9 +127,9 @@ def test_lines_and_branches_are_counted(
 
 
 def test_what_is_missing_is_listed_as_for_structured_text(tmp_path: Path) -> None:
-    """Line 3 has the branch that was not taken.
+    """Lines 2 and 3 are not executed.
 
-    Line 5 has the other branch, and no line of its own.
+    The branch of line 5 in which the condition is FALSE has no line, so it is listed separately.
     """
     text = "IF SI(20)=1 THEN\nSGI0=0\nSGI0=1\nENDIF\nIF SI(20)=0 THEN\nSGI0=2\nENDIF\nSGI0=3"
     result = _result(tmp_path, text)

@@ -1,4 +1,4 @@
-"""A further cell of the same program is cheap, and has no data of earlier cells."""
+"""A second cell of the same program starts quickly, and has no data of earlier cells."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def test_a_closed_cell_does_not_reach_into_the_next(program: Path) -> None:
 
 
 def test_a_changed_source_is_compiled_anew(program: Path) -> None:
-    """Source: the content decides, also where time and size of the file are the same."""
+    """The content decides whether a source is compiled again, not its time or size."""
     with _cell(program) as cell:
         assert cell["Main.Seen"] == [1, 2, 3]
     seen = program.stat()
@@ -117,7 +117,7 @@ def test_a_changed_source_is_compiled_anew(program: Path) -> None:
 
 
 def test_a_source_that_comes_to_a_folder_or_goes_is_seen(tmp_path: Path) -> None:
-    """Source: the files of a folder are looked at again where one has changed."""
+    """The files of a folder are checked again if the folder has changed."""
     (tmp_path / "Main.st").write_text(
         _TEXT.format(first=1).replace("12 / Part", "FC_One()"), encoding="utf-8"
     )

@@ -112,7 +112,7 @@ def _run(project: Path, act: str, engine: str) -> tuple[object, ...]:
 
 
 def _alone(project: Path, act: str, engine: str) -> str:
-    """Return the same results from a process of its own."""
+    """Return the results of the same run in a separate process."""
     here = Path(__file__)
     code = (
         f"import sys; sys.path.insert(0, {os.fspath(here.parent)!r}); "

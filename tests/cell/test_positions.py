@@ -1,6 +1,7 @@
 """A trace has the positions of the robots in each cycle only on request.
 
-Expected values are by hand. By default, 1000 pulses are 1 mm and the axes start at 0.
+The expected values were determined by hand. By default, 1000 pulses are 1 mm and the axes start at
+0.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Each job has a number of its own. The robot program reports by SO(22) if it begins a job for the
 second time, and returns the values that it received. The PLC requests a job until it is done, or
-until the robot program reports an interruption. All demands are in
+until the robot program reports an interruption. The conditions that each run must satisfy are in
 tests/data/program_call/demands.toml, which `rcx sweep` also uses.
 """
 
@@ -32,7 +32,8 @@ _LASTING = (
 )
 _SHORT = ("plc_overrun", "power_cycle", "alarm", "program_end")
 _FAULTS = (*_LASTING, *_SHORT)
-#: After these faults the program is at its first line, even where it should continue.
+#: After these faults the robot program is at its first line. This also holds for the ways in which
+#: it continues after other faults.
 _RESETTING = ("power_off", "power_cycle", "program_end")
 #: Pins of Caller.st: the program starts again after each fault, or it continues; another remote
 #: command runs again and again; the robot program executes one statement in each cycle of 5 ms.
@@ -45,7 +46,7 @@ _WAYS: dict[str, dict[str, Value]] = {
 }
 
 
-#: Longer than the two jobs [scans].
+#: Time that exceeds the two jobs [scans].
 _LONGEST = 100
 
 
@@ -68,7 +69,7 @@ def test_the_robot_program_as_it_is_shipped_has_no_error_and_no_warning() -> Non
 
 
 class Swept:
-    """The cell, and its state before each scan of two jobs.
+    """The cell with its states before each scan of two jobs.
 
     Args:
         way: A key of _WAYS.
@@ -182,7 +183,7 @@ def test_over_ethernet_ip_the_same_bytes_go_over_the_wire(tmp_path: Path) -> Non
     assert seen[0] == seen[1]
 
 
-#: Slips in JOBS.PGM: a text, its replacement, the way, and a fault that reveals the slip.
+#: Mistakes in JOBS.PGM: a text, its replacement, the way, and a fault that reveals the mistake.
 _SLIPS = {
     "it begins again what it has begun": (
         ("  IF CALLTICKET%=SGI30 THEN", "  IF 1=0 THEN"),
@@ -210,7 +211,7 @@ _SLIPS = {
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("slip", list(_SLIPS))
 def test_a_slip_in_the_robot_program_is_found(slip: str) -> None:
-    """The sweep detects a slip in JOBS.PGM, so it can fail."""
+    """The sweep detects a mistake in JOBS.PGM. This shows that the sweep can fail."""
     (before, after), way, fault, wrong = _SLIPS[slip]
     assert _jobs().count(before) == 1
     failures = _failures(Swept(way, jobs=_jobs().replace(before, after)), fault)

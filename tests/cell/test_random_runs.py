@@ -57,7 +57,7 @@ def drawn_robot(random: Random) -> RobotConfig:
         command_delay=delay(300.0),
         status_reset_delay=delay(60.0),
         skip_run_status=random.choice(("never", "short", "always")),
-        # Longer than scan, RPI, jitter and cycle together. A shorter run may not be seen.
+        # Longer than scan, RPI, jitter and cycle together. The PLC may miss a shorter run.
         programs=(RobotProgram(duration=random.uniform(200.0, 600.0), loop=False),),
         points={19: Point((20_000, -10_000, 5_000, 0, 0, 0))},
     )
@@ -114,7 +114,7 @@ def test_no_rule_is_broken_in_any_network(compiled: Compiled, first: int) -> Non
 
 
 def test_without_a_margin_for_the_network_the_interval_is_broken(compiled: Compiled) -> None:
-    """The same cells break the interval with 100 ms and no margin, so these runs can fail."""
+    """With 100 ms and no margin the same cells break the interval, so these runs can fail."""
     rules = set()
     for seed in range(20):
         cell = cell_of(compiled, draw(seed), margin_ms=0)

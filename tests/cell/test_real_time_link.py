@@ -1,4 +1,4 @@
-"""The link over cyclic I/O has the same four calls, and they never wait."""
+"""The link over cyclic I/O has the same four calls as other links, and they never wait."""
 
 from __future__ import annotations
 

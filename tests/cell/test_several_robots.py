@@ -116,7 +116,9 @@ def test_a_broken_rule_says_which_controller_and_which_rule_it_is_of(tmp_path: P
 @pytest.mark.parametrize("lost", [1, 2])
 @pytest.mark.parametrize("on_loss", ["hold", "clear"])
 def test_on_loss_is_each_controllers_own(on_loss: str, lost: int) -> None:
-    """The inputs of the lost controller stay or become zero; those of the other continue.
+    """The PLC's inputs from the lost controller stay or become zero.
+
+    The inputs from the other controller continue.
 
     Source: docs/how-to/testing.md, `rcx_on_loss`.
     """

@@ -17,7 +17,7 @@ from structured_text.errors import InputError
 
 @pytest.fixture
 def cell(tmp_path: Path) -> Iterator[Cell]:
-    """Return a cell in which the feeder has fed and counted a part."""
+    """Return a cell in which the program has fed and counted a part."""
     with Cell.build(feeder(tmp_path), engine="builtin") as made:
         made.run("200ms")
         made["Main.Closed"] = True

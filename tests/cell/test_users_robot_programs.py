@@ -64,7 +64,10 @@ def test_a_tray_is_unloaded_and_a_part_that_is_not_gripped_is_left() -> None:
 
 
 def test_the_plc_names_positions_and_learns_of_a_refused_one() -> None:
-    """The third position is beyond the soft limit: alarm 2.334, of which the program sends 334."""
+    """The third position is beyond the soft limit, which is alarm 2.334.
+
+    The program sends the number 334.
+    """
     with _cell("positions") as cell:
         for count, x, y in ((1, 50_000, 25_000), (2, -20_500, 40_000)):
             cell.run_until(lambda: cell["Main.Count"] == count, within="4s")  # noqa: B023

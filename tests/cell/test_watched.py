@@ -1,8 +1,8 @@
 # ruff: noqa: RUF001 - the chart is drawn with these
 """Watched variables are selected by path or pattern, and shown alike on every engine.
 
-Expected values are by hand: tests/cell/programs/Watched.st counts its scans and sets most variables
-in the third scan. Five scans run in 50 ms.
+The expected values follow from tests/cell/programs/Watched.st: it counts its scans and sets most
+variables in the third scan. Five scans run in 50 ms.
 """
 
 from __future__ import annotations

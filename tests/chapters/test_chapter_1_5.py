@@ -167,9 +167,9 @@ def test_after_the_loss_of_the_connection_the_stop_of_a_parallel_board_works_unl
 
 
 def test_after_its_loss_the_connection_must_be_restored_to_the_normal_state(start: Start) -> None:
-    """Nothing works before that.
+    """Nothing works until the connection is restored.
 
-    After it, SI(00), alarm reset and servo on allow the program to start.
+    Then SI(00), alarm reset and servo on allow the program to start.
 
     Source: manual chapter 1, 5, 2, first note
     """
@@ -261,7 +261,7 @@ def test_without_a_connection_at_power_on_the_stop_of_a_parallel_board_works_unl
 
 
 def test_communication_is_enabled_when_a_connection_that_never_was_comes(start: Start) -> None:
-    """The alarm disappears, too. Servo on does not need an alarm reset.
+    """The alarm disappears as well, so servo on does not need an alarm reset.
 
     Source: manual chapter 1, 5, 3, note
     """

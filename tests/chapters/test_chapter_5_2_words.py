@@ -95,7 +95,8 @@ def test_sow0_and_sow1_are_for_status_and_response_of_remote_commands(start: Sta
     cell["Data[2]"] = 7  # a point that is not defined
     cell["Command.Execute"] = True
     cell.cell.run_until(lambda: cell["Command.Error"] is True, within="1s")
-    # 6.204 by its name: assumed, docs/explanation/fidelity.md, alarm-names
+    # The guide only names the alarm. The number 6.204 is assumed: docs/explanation/fidelity.md,
+    # alarm-names.
     assert (cell["Command.AlarmGroup"], cell["Command.AlarmCategory"]) == (6, 204)
 
 
@@ -123,7 +124,9 @@ def test_sod_double_words_output_double_word_data_of_the_robot_program(
 
 
 def test_sow2_to_sow15_are_the_response_area_of_a_remote_command(start: Start) -> None:
-    """During the response, the robot program's word cannot be read, and is not confused with it.
+    """While the response is shown, the word of the robot program is not valid.
+
+    The block never shows the response as this word.
 
     Source: manual chapter 5, 2, SOW(2) to SOW(15)
     """

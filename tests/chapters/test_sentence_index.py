@@ -33,7 +33,7 @@ SENTENCES = {
     "5, 2, SO(20) to SO(157)": 1,
     "5, 2, SO(20) to SO(157) and note": 1,
     "5, 2, SI(00)": 2,
-    "5, 2, SI(01)": 4,  # turn on, edge, SI(00), all emergency stops
+    "5, 2, SI(01)": 4,  # switch-on, edge, SI(00), all emergency stops
     "5, 2, SI(06)": 2,
     "5, 2, SI(10)": 2,
     "5, 2, SI(12)": 2,
@@ -41,9 +41,9 @@ SENTENCES = {
     "5, 2, SI(15)": 3,
     "5, 2, SI(16)": 3,
     "5, 2, SI(17)": 2,  # depends on DI17 mode, which has two values
-    "5, 2, SI(17), ABS": 3,  # turn on, mark method, mark method not complete
-    "5, 2, SI(17), ABS and ABS/ORG": 1,  # edge
-    "5, 2, SI(17), ABS/ORG": 2,  # what is moved, and in which order
+    "5, 2, SI(17), ABS": 3,  # switch-on, mark method, mark method not complete
+    "5, 2, SI(17), ABS and ABS/ORG": 1,  # it acts at the edge
+    "5, 2, SI(17), ABS/ORG": 2,  # which axes are moved, and in which order
     "5, 2, SI(17), first note": 1,
     "5, 2, SI(17), second note": 1,
     "5, 2, SI(17), last note": 1,

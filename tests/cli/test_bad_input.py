@@ -15,7 +15,7 @@ from rcx_harness.cli.app import main
 Captured = pytest.CaptureFixture[str]
 
 _ZEROS = "00" * 48
-#: A trace of two scans without any change.
+#: A trace of two scans in which nothing changes.
 _TRACE = (
     '{"format":"rcx-trace/1","scan_us":10000,"cycle_us":5000,"size":48,"engine":"builtin",'
     '"link":"direct","seed":0}\n'
@@ -164,7 +164,7 @@ def test_campaign_refuses_a_library_that_is_no_folder(here: Path, capsys: Captur
 
 
 def test_explore_does_not_write_over_a_file_of_the_users(here: Path, capsys: Captured) -> None:
-    """Source: CONTRIBUTING.md: nothing of the user's is lost."""
+    """Source: CONTRIBUTING.md: files of users are never lost."""
     Path("out").mkdir()
     Path("out/broken.toml").write_text("mine\n")
     said = _refused(capsys, "explore", "p.st", "--lib", "lib", "--out", "out")
@@ -184,11 +184,11 @@ def test_json_is_written_to_a_file_beside_what_is_printed(here: Path, capsys: Ca
     assert capsys.readouterr().out == written
     assert main(["judge", "t.jsonl", "--json"]) == 0
     assert capsys.readouterr().out == written
-    assert main(["judge", "t.jsonl", "--json", "it.json", "--quiet"]) == 0  # replaces its own file
+    assert main(["judge", "t.jsonl", "--json", "it.json", "--quiet"]) == 0  # its own older file
 
 
 def test_an_instance_needs_the_option_connect(here: Path, capsys: Captured) -> None:
-    """Source: `rcx run --help`: with --connect."""
+    """These options are only allowed with --connect. Source: `rcx run --help`."""
     for option in ("--input-instance", "--output-instance"):
         said = _refused(capsys, "run", "p.st", option, "99999")
         assert "--input-instance, --output-instance need --connect" in said
@@ -196,7 +196,7 @@ def test_an_instance_needs_the_option_connect(here: Path, capsys: Captured) -> N
 
 @pytest.mark.parametrize("command", ["judge", "compare"])
 def test_json_does_not_write_over_what_is_read(here: Path, capsys: Captured, command: str) -> None:
-    """Source: CONTRIBUTING.md: nothing of the user's is lost."""
+    """Source: CONTRIBUTING.md: files of users are never lost."""
     said = _refused(capsys, command, "t.jsonl", "--json", "t.jsonl")
     assert "already exists and was not written by this command" in said
     assert Path("t.jsonl").read_text() == _TRACE

@@ -180,7 +180,7 @@ def test_the_verdicts_do_not_depend_on_the_number_of_workers(here: Path) -> None
     assert results[0] == results[1]
 
 
-#: A property that ends one worker, once, in the middle of a run.
+#: A property that ends one worker process once, in the middle of a run.
 _ENDS_A_WORKER = """import multiprocessing, os, pathlib, signal
 
 import rcx_harness as rcx
@@ -322,7 +322,7 @@ def test_a_sweep_of_a_cell_that_recovers_ends_with_0(here: Path, capsys: Capture
 
 @pytest.mark.exhaustive
 def test_a_sweep_injects_at_each_of_several_controllers(here: Path, capsys: Captured) -> None:
-    """In example 12, Reset of robot 1 is never set. Only robot 1 does not recover."""
+    """In example 12 nothing sets Reset of robot 1, so only robot 1 does not recover."""
     changed_example(here, "12_two_robots", (("Reset := Reset1,", "Reset := FALSE,"),))
     demands = here / "campaign.toml"
     demands.write_text(demands.read_text().replace('within = "40s"', 'within = "6s"'))

@@ -134,8 +134,8 @@ def test_a_line_that_is_one_text_may_be_longer_for_it_cannot_be_broken(tmp_path:
     assert not lint([write(tmp_path, "It", block("    t : STRING;\n", body))])
 
 
-#: Words that edition 3 of the standard reserves and edition 2 does not. Words that are keywords
-#: here are left out, because they are an error before the rules are checked.
+#: Words that edition 3 of the standard reserves and edition 2 does not. Words that are keywords of
+#: this front end are left out, because they are an error before the portability rules are checked.
 _NEW_WORDS = ["Abstract", "CHAR", "Char", "End_Class", "END_INTERFACE", "End_Method",
               "END_NAMESPACE", "Final", "Internal", "LDATE", "Ldate_And_Time", "Ldt", "Ltime",
               "LTIME_OF_DAY", "Ltod", "Null", "Overlap", "Override", "Private", "Protected",
@@ -144,7 +144,7 @@ _NEW_WORDS = ["Abstract", "CHAR", "Char", "End_Class", "END_INTERFACE", "End_Met
 
 @pytest.mark.parametrize("word", _NEW_WORDS)
 def test_reserved_words_of_edition_3_are_no_names(tmp_path: Path, word: str) -> None:
-    """A name that is a type or keyword on newer PLCs does not compile there.
+    """A variable whose name is a type or keyword on newer PLCs does not compile on these PLCs.
 
     Source: IEC 61131-3:2013, 6.1.2 and table 10.
     """
@@ -154,7 +154,7 @@ def test_reserved_words_of_edition_3_are_no_names(tmp_path: Path, word: str) -> 
     kind = f"TYPE\n  {word} : INT;\nEND_TYPE\n"
     called = block().replace("FB_It", word)
     for text in (variable, field, member, kind, called):
-        if text is member and word in ("Super", "This"):  # here it may be an argument
+        if text is member and word in ("Super", "This"):  # these words may be arguments here
             with pytest.raises(InputError, match=f"It.st:2:19: {word} is a reserved word"):
                 lint([write(tmp_path, "It", text)])
             continue
@@ -179,7 +179,7 @@ def test_a_name_that_only_contains_such_a_word_is_one(tmp_path: Path, word: str)
     ],
 )
 def test_escaped_quotes_need_their_code(tmp_path: Path, text: str, columns: list[int]) -> None:
-    """Some compilers end the text at the quote of `$'`.
+    """Some compilers take the quote of `$'` as the end of the text.
 
     Source: IEC 61131-3:2003, 2.2.2: $' and $27 are the same character.
     """

@@ -106,7 +106,7 @@ def test_each_option_reaches_the_connection() -> None:
     assert (where.host, where.port, where.address) == ("127.0.0.1", 5000, "127.0.0.6")
     assert (where.input_instance, where.output_instance) == (101, 102)
     assert (where.configuration, where.configuration_data) == (104, b"\x0a\x0b")
-    assert arguments["timeout"] == 640_000  # 32 intervals, as --realtime
+    assert arguments["timeout"] == 640_000  # 32 intervals, as with --realtime
     assert RunOptions([]).of_cell().get("connect") is None
 
 
@@ -139,7 +139,7 @@ def test_wrong_options_are_one_message(
     assert main(["run", str(repository.joinpath(*DEMO)), *options]) == 2
     error = capsys.readouterr().err
     assert message in error
-    assert error.removeprefix("compiling ...\n").count("\n") == 1  # printed on a slow machine only
+    assert error.removeprefix("compiling ...\n").count("\n") == 1  # only printed on a slow machine
 
 
 @pytest.mark.exhaustive

@@ -65,7 +65,7 @@ def test_the_debugger_counts_as_the_dialect(file: str, dialect: list[str], most:
     """Source: IEC 61131-3, counters: CV < PVmax; matiec, lib/counter.txt."""
     launch = {"program": file, "noRobot": True, "for": "1s"}
     machine = launched({**launch, **({"dialect": dialect[1]} if dialect else {})}, []).machine
-    for scan in range(5):  # the third pulse is that of the fifth scan
+    for scan in range(5):  # the third pulse is in the fifth scan
         machine.program.write("Main.Entry", scan % 2 == 0)
         machine.scan()
     assert machine.program.read("Main.Parts.CV") == most

@@ -49,7 +49,7 @@ def test_a_command_works_with_closed_streams(tmp_path: Path, closed: tuple[int, 
 
 @_NOT_ON_WINDOWS
 def test_a_message_is_lost_where_standard_error_is_closed_but_not_the_exit_code() -> None:
-    """If standard error is None, Python prints its messages to standard output.
+    """If standard error is None, Python's print writes to standard output.
 
     Source: the documentation of print.
     """
@@ -62,7 +62,7 @@ def test_a_message_is_lost_where_standard_error_is_closed_but_not_the_exit_code(
 def test_a_command_whose_reader_has_gone_ends_quietly(words: tuple[str, ...]) -> None:
     """Exit code 1 would mean that a check has failed.
 
-    Source: what a shell gives for a process that SIGPIPE has ended: 128 + 13.
+    Source: the exit code of a shell for a process that SIGPIPE has ended, 128 + 13.
     """
     reader, writer = os.pipe()
     os.close(reader)
@@ -74,7 +74,7 @@ def test_a_command_whose_reader_has_gone_ends_quietly(words: tuple[str, ...]) ->
     assert (done.returncode, done.stderr) == (141, b"")
 
 
-#: Runs the command, and sends SIGTERM when the function with this name begins.
+#: Script that runs the command, and sends SIGTERM when the function with this name begins.
 _TERMINATED = """
 import os, signal, sys
 where = sys.argv.pop(1)
@@ -108,7 +108,7 @@ def test_sigterm_leaves_no_temporary_folder(repository: Path, tmp_path: Path) ->
     assert [path.name for path in temporary.iterdir()] == []
 
 
-#: A command that fails with the error of this expression.
+#: Script of a command that fails with the error that this expression raises.
 _BROKEN = """
 import sys
 import rcx_harness.cli.app
@@ -122,7 +122,10 @@ sys.exit(main())
 
 
 def test_an_error_of_our_own_is_one_line_and_exit_code_3(tmp_path: Path) -> None:
-    """Source: CONTRIBUTING.md, exit codes: 3 an error of our own; 1 means that a rule is broken."""
+    """An internal error gives one line.
+
+    Source: CONTRIBUTING.md, exit codes: 3 means an internal error, 1 means that a rule is broken.
+    """
     done = _ended(_BROKEN.format("ValueError('the cause')"), TMPDIR=str(tmp_path))
     (file,) = tmp_path.iterdir()
     assert done.returncode == 3
@@ -134,7 +137,7 @@ def test_an_error_of_our_own_is_one_line_and_exit_code_3(tmp_path: Path) -> None
 
 
 def test_ctrl_c_that_python_wraps_is_still_ctrl_c(tmp_path: Path) -> None:
-    """Source: Python before 3.12 makes a RuntimeError of what __set_name__ raises."""
+    """Before Python 3.12, an exception in __set_name__ becomes a RuntimeError."""
     done = _ended(_BROKEN.format("KeyboardInterrupt()"), TMPDIR=str(tmp_path))
     assert (done.returncode, done.stderr) == (130, "rcx: interrupted\n")
 
@@ -142,7 +145,7 @@ def test_ctrl_c_that_python_wraps_is_still_ctrl_c(tmp_path: Path) -> None:
 def test_the_traceback_is_shown_if_no_file_can_be_made(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Source: tempfile.mkstemp raises OSError where there is not a folder for it."""
+    """Source: tempfile.mkstemp raises OSError if there is no folder for temporary files."""
 
     def refuse(**options: object) -> None:
         raise OSError("no folder")

@@ -75,7 +75,7 @@ def _written(folder: Path, text: str) -> str:
 
 
 def test_a_program_is_explored_to_its_end(folder: Path, capsys: Captured) -> None:
-    """By hand: the initial state and, after one scan, a state for each value 0 to 2 of Button."""
+    """Counted by hand: the initial state; after a scan, a state for each value 0 to 2 of Button."""
     file = _written(folder, _COUNT)
     assert main(["explore", file, "--input", "Main.Button", "--faults", "none"]) == 0
     said = capsys.readouterr().out
@@ -86,7 +86,7 @@ def test_a_program_is_explored_to_its_end(folder: Path, capsys: Captured) -> Non
 
 
 def test_a_program_with_a_located_variable_is_explored(folder: Path, capsys: Captured) -> None:
-    """By hand: the number of states does not change, because the variable is never written."""
+    """The variable is never written, so the number of states does not change."""
     text = _COUNT.replace("Button : BOOL;", "Button : BOOL; Far AT %QB60 : ARRAY [0..3] OF BYTE;")
     assert (
         main(["explore", _written(folder, text), "--input", "Main.Button", "--faults", "none"]) == 0
@@ -109,7 +109,7 @@ def test_a_bound_that_is_reached_is_no_end(folder: Path, capsys: Captured) -> No
 
 
 def test_an_assertion_is_broken_by_a_shortest_run(folder: Path, capsys: Captured) -> None:
-    """By hand: an input changes in a scan, and then 300 ms pass in scans of 100 ms."""
+    """Determined by hand: an input changes in a scan, and then 300 ms pass in scans of 100 ms."""
     file = _written(folder, _LATE)
     always = "NOT (Main.Green AND Button)"
     inputs = ["--input", "Main.Button", "--input", "Main.Key"]
@@ -129,7 +129,8 @@ def test_an_assertion_is_broken_by_a_shortest_run(folder: Path, capsys: Captured
     assert "Lamp.st" not in [path.name for path in Path("out/explore").iterdir()]
 
 
-#: By hand: both inputs are TRUE from the second scan on, at 100 ms. The lamp lights 300 ms later.
+#: Determined by hand: both inputs are TRUE from the second scan on, at 100 ms. The lamp lights 300
+#: ms later.
 _LATE_DEMANDS = """[operator]
 buttons = ["Main.Button"]
 switches = ["Main.Key"]
@@ -176,7 +177,7 @@ def test_a_demand_of_a_file_is_judged_and_run_again(
 
 
 def test_a_demand_may_name_the_scan_before(folder: Path, capsys: Captured) -> None:
-    """By hand: the values are 0, 1, 2, and in the third scan 0 again."""
+    """Determined by hand: the values are 0, 1, 2, and in the third scan 0 again."""
     demanded = '[[always]]\nthat = "BEFORE(Main.Count) <> 2 OR Main.Count <> 0"\n'
     (folder / "mine.toml").write_text(demanded + '[operator]\nbuttons = ["Main.Button"]\n')
     command = ["explore", _written(folder, _COUNT), "--properties", "mine.toml"]
@@ -242,7 +243,7 @@ def test_a_rule_of_the_wire_is_broken_and_rcx_run_shows_it(folder: Path, capsys:
 
 
 def test_a_program_that_stops_is_reported_with_its_line(folder: Path, capsys: Captured) -> None:
-    """By hand: the third press exceeds the array of two elements."""
+    """Determined by hand: the third press exceeds the array of two elements."""
     file = _written(folder, _STOPS)
     assert main(["explore", file, "--input", "Main.Button"]) == 1
     said = capsys.readouterr().out
@@ -369,7 +370,7 @@ def test_the_small_controller_answers_as_the_manual_says() -> None:
     lost = on.after("link")
     assert (lost.link, lost.status) == (False, READY)
     back = lost.after("link up").seen(Wire(0, 0x0043))
-    assert "servo" not in back.moves(Wire(0, 0x0043), every)  # a level is not an edge
+    assert "servo" not in back.moves(Wire(0, 0x0043), every)  # it stays ON, which is not an edge
 
 
 @pytest.mark.parametrize(

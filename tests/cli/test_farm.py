@@ -20,7 +20,7 @@ from structured_text.output.system import processors
 
 @dataclass(frozen=True)
 class Options(FarmOptions):
-    """Options of a command that has an argument of its own."""
+    """Options of a command that has an additional argument."""
 
     name: Annotated[str, typer.Argument()]
 

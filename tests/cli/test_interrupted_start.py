@@ -16,10 +16,10 @@ pytestmark = pytest.mark.skipif(
     reason="it needs process groups, and loopback addresses besides 127.0.0.1",
 )
 
-#: Each Python process runs this first. The process that runs the module WHO sends Ctrl-C to the
-#: whole group of the command when it imports the module WHERE. WHERE may also be `-` for its own
-#: module or `.` for the moment before its first line. A child of the command continues after the
-#: pipe is closed.
+#: Code that each Python process runs first. The process that runs the module WHO sends Ctrl-C to
+#: the whole process group of the command when it imports the module WHERE. WHERE may also be `-`
+#: for the module WHO itself, or `.` for the moment before its first line. A child of the command
+#: continues after the pipe is closed.
 _HOOK = """
 import os, select, signal, sys
 who, where = os.environ["WHO"], os.environ["WHERE"]
@@ -48,7 +48,7 @@ sys.meta_path.insert(0, Finder())
 """
 _STATION = ("rcx_harness.serve.station_process", ("-", "rcx_harness.serve.station", "."))
 _ADAPTER = ("rcx_harness.enip.target.adapter_process", ("-", "rcx_harness.enip.target.device", "."))
-_CYCLIC = ("rcx_harness.enip.cyclic.process", ("-", "."))  # a forked copy has all modules already
+_CYCLIC = ("rcx_harness.enip.cyclic.process", ("-", "."))  # a fork has all modules
 
 
 def _interrupted(tmp_path: Path, who: str, where: str, *arguments: str) -> tuple[int, str]:
@@ -60,7 +60,7 @@ def _interrupted(tmp_path: Path, who: str, where: str, *arguments: str) -> tuple
     done = subprocess.run(
         [sys.executable, "-m", "rcx_harness", *arguments],
         stdin=subprocess.DEVNULL,
-        capture_output=True,  # until the last of these processes has ended
+        capture_output=True,  # this waits for the end of the last of these processes
         text=True,
         check=False,
         timeout=60,

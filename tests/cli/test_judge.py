@@ -49,7 +49,7 @@ def test_a_good_recording_ends_with_0(good: Path, capsys: Captured) -> None:
 def test_a_broken_rule_ends_with_1_and_is_named_at_its_time(bad: Path, capsys: Captured) -> None:
     """The manual demands 100 ms (chapter 5, 3, caution).
 
-    The PLC's packet at 10 k ms has number 2 k + 1 in the file.
+    In the file, the PLC's packet at 10 * k ms has number 2 * k + 1.
     """
     assert main(["judge", str(bad), "--quiet"]) == 1
     last = capsys.readouterr().out.splitlines()[-2:]
@@ -98,7 +98,10 @@ def test_a_trace_of_a_run_is_judged_as_it_was(
 def test_a_trace_that_was_not_judged_as_it_was_written_is_judged_now(
     tmp_path: Path, capsys: Captured, by: str, found: int
 ) -> None:
-    """SI(01) and SI(06) change in one cycle. `rcx serve` does not check the rules for PLCs."""
+    """SI(01) and SI(06) change in one cycle.
+
+    When `rcx serve` writes a trace, it does not check the rules for PLCs.
+    """
     so = area(dedicated=0x0112)
     every: list[Cycle | Scan] = []
     for number, bits in enumerate((0x01, 0x01, 0x43)):

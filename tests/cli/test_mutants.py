@@ -72,8 +72,8 @@ def test_it_is_not_green_without_a_key(cell):
     assert not cell["Main.Green"]
 """
 
-#: In line 7 the tests use TRUE and TRUE, FALSE and TRUE, so that the key may be left out. In line
-#: 11 they use 0 to 3. They never execute line 12.
+#: In line 7 the tests use TRUE and TRUE, FALSE and TRUE, so a mutant without the key survives. In
+#: line 11 they use 0 to 3. They never execute line 12.
 _SURVIVORS = {(7, "Green := Button;"), (11, "IF Count >= 5 THEN"), (11, "IF Count > 6 THEN"),
               (11, "IF Count > 4 THEN"), (11, "IF FALSE THEN")}  # fmt: skip
 
@@ -200,7 +200,7 @@ def test_a_process_of_its_own_judges_as_a_copy_does(
     tasks, unreached = mutants.tasks(tests)
     assert {one.line for one in unreached} == {12}
     files = {task.mutant.file for task in tasks[:2]}
-    assert files == {"plc/FC_Next.st", "plc/Lamp.st"}  # all files have their share
+    assert files == {"plc/FC_Next.st", "plc/Lamp.st"}  # the mutants are from all files
     wanted = {(task.mutant.line, task.mutant.after): task for task in tasks}
     operand = wanted[7, "Green := Button;"]
     counting = next(task for task in tasks if task.mutant.file == "plc/FC_Next.st")

@@ -107,7 +107,7 @@ def test_a_new_file_grows_in_its_place_unless_it_is_to_be_whole(tmp_path: Path) 
     for file in (grows, whole):
         file.write("new")
         file.close()
-        file.discard()  # too late
+        file.discard()  # no effect after close
     assert [(tmp_path / name).read_text() for name in "ab"] == ["new", "new"]
 
 
@@ -139,7 +139,7 @@ def test_a_failing_close_leaves_nothing(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_a_pipe_is_written_and_stays(tmp_path: Path) -> None:
-    """`--trace /dev/stdout` is such a case, but the test uses a pipe."""
+    """A user may write `--trace /dev/stdout`. The test uses a named pipe instead."""
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
@@ -224,8 +224,8 @@ def test_a_place_that_cannot_be_written_is_one_line(
     assert said.count("\n") == 1
 
 
-#: Runs the command, and sends Ctrl-C when the module of this name is imported or the function
-#: begins.
+#: Script that runs the command, and sends Ctrl-C when the module of this name is imported, or when
+#: the function of this name begins.
 _INTERRUPTED = """
 import os, signal, sys
 where = sys.argv.pop(1)
@@ -274,7 +274,7 @@ def test_ctrl_c_is_one_line_at_any_moment(repository: Path, tmp_path: Path, mome
         check=False,
         env={**os.environ, "RCX_CACHE": "off"},
     )
-    progress = ("compiling", "running")  # printed on a slow computer only
+    progress = ("compiling", "running")  # these words are only printed on a slow computer
     said = [line for line in done.stderr.splitlines() if not line.startswith(progress)]
     assert (done.returncode, said) == (130, ["rcx: interrupted"])
 

@@ -266,7 +266,7 @@ def test_a_stopped_command_says_what_remains(
 
 
 def test_a_missing_connection_is_not_lost(robot: Robot, tmp_path: Path, capsys: Captured) -> None:
-    """Like an address without a device, a connection that cannot be opened is bad input."""
+    """A connection that cannot be opened is bad input, like an address without a device."""
     line = robot()
     line.happen("", "power_off")
     assert main(_backup(tmp_path / "a.toml")) == 2

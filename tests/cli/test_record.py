@@ -11,7 +11,7 @@ from rcx_harness.cli.app import main
 
 Captured = pytest.CaptureFixture[str]
 
-#: A stand-in for dumpcap. It notes its arguments, and writes the file after `-w`.
+#: A replacement for dumpcap. It records its arguments, and writes the file that follows `-w`.
 TOOL = """#!/bin/sh
 printf '%s\\n' "$@" > "$(dirname "$0")/called"
 [ "$1" = -D ] && { echo '1. eth0'; echo '2. lo (Loopback)'; exit 0; }
@@ -56,7 +56,7 @@ def test_both_ports_are_captured_with_vlan(tools: Path, tmp_path: Path, capsys: 
 def test_whatever_ends_it_ends_the_capture_which_is_kept(
     tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch, number: str
 ) -> None:
-    """The stand-in sends the signal to the command, and then captures without end.
+    """The replacement for dumpcap signals the command, and then captures without end.
 
     Source: a defect report: SIGTERM left dumpcap capturing.
     """

@@ -246,7 +246,7 @@ def test_an_entry_after_the_end_is_reported(run: Run, tmp_path: Path, capsys: Ca
 
 
 def test_files_of_other_tools_in_a_folder_are_no_part_of_the_program(tmp_path: Path) -> None:
-    """The program's folder may itself lie in a folder of such a name."""
+    """The folder of the program itself may be inside a folder with such a name."""
     folder = tmp_path / ".hidden" / "site-packages" / "cell"
     places = (".venv/lib/a.st", "site-packages/b.st", "__pycache__/c.st", ".#d.st", "plc/e.st")
     for place in (*places, "f.st"):

@@ -16,7 +16,8 @@ from imports import PACKAGES
 from rcx_harness.cli.app import COMMANDS, OPTION_PANELS, PANELS, Later, app, home_of, main
 from structured_text.engines.matiec.build import find_matiec
 
-#: Runs commands in turn, and prints after each its exit code and the modules that are new.
+#: Script that runs commands in turn. After each it prints the exit code and the newly imported
+#: modules.
 _RUN = """
 import contextlib, io, json, sys
 report = []
@@ -68,7 +69,7 @@ def _below(modules: set[str], *names: str) -> set[str]:
 
 
 def test_a_command_imports_only_what_it_needs(repository: Path) -> None:
-    """Source: each import below is 10 to 300 ms that a user waits for at every start."""
+    """Each module that is checked below takes 10 to 300 ms of every start."""
     example = repository / "plc" / "examples" / "01_power_up"
     version, helped, codec, check, run = _imported(
         ["--version"],
@@ -87,7 +88,7 @@ def test_a_command_imports_only_what_it_needs(repository: Path) -> None:
     rooms = ("robot", "enip", "trace", "look", "serve", "verify", "bridge", "new", "testing")
     engines = ["engines.load", "engines.builtin", "engines.strucpp", "export.targets"]
     engines += _MEASURES
-    if find_matiec() is None:  # An installed matiec is also used to check.
+    if find_matiec() is None:  # the check uses an installed matiec
         engines.append("engines.matiec.program")
     cells = ("cell.cell", "cell.node")
     assert not _below(check, *(f"rcx_harness.{one}" for one in (*rooms, *cells)))
@@ -101,7 +102,7 @@ def test_a_command_imports_only_what_it_needs(repository: Path) -> None:
 
 @pytest.mark.exhaustive
 def test_a_program_that_was_run_before_needs_no_front_end(repository: Path, tmp_path: Path) -> None:
-    """Source: reading and compiling Structured Text is a fifth of a start; what it gave is kept."""
+    """The compiled program is cached, because compiling takes a fifth of the time of a start."""
     example = repository / "plc" / "examples" / "01_power_up"
     words = ["run", str(example), "--robot", str(example / "robot.toml"), "--for", "10ms"]
     # Temporary files are not cached, and this repository may be a temporary clone.
@@ -116,7 +117,7 @@ def test_a_program_that_was_run_before_needs_no_front_end(repository: Path, tmp_
 
 
 def test_a_served_controller_has_in_memory_only_what_it_needs() -> None:
-    """Source: timing.md: what a process of rcx serve imports stays in memory, for each one."""
+    """Source: timing.md: every process of rcx serve has imported modules in its own memory."""
     parent = _loaded(*(f"rcx_harness.cli.{one}" for one in ("start", "app", "serve")))
     found = _loaded("rcx_harness.serve.station_process")
     of_programs = ("language.load", "engines.load", "engines.builtin", "export")
@@ -133,7 +134,7 @@ def test_a_served_controller_has_in_memory_only_what_it_needs() -> None:
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_command_is_listed_with_the_first_sentence_of_its_docstring(name: str) -> None:
-    """Source: `rcx --help` says of a command what `rcx <command> --help` begins with."""
+    """`rcx --help` describes a command with the first sentence of `rcx <command> --help`."""
     module, function = home_of(name)
     command = getattr(import_module(f"rcx_harness.cli.{module}"), function)
     assert " ".join((getdoc(command) or "").partition("\n\n")[0].split()) == COMMANDS[name]
@@ -141,14 +142,14 @@ def test_a_command_is_listed_with_the_first_sentence_of_its_docstring(name: str)
 
 
 def test_the_list_of_commands_gives_each_sentence_whole(capsys: pytest.CaptureFixture[str]) -> None:
-    """Source: a sentence that is cut off does not say what the command is for."""
+    """A sentence that is cut off does not explain the command."""
     assert main(["--help"]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert [name for name, first in COMMANDS.items() if f"{name} {first}" not in said] == []
 
 
 def test_each_command_is_in_one_of_five_panels(capsys: pytest.CaptureFixture[str]) -> None:
-    """Source: the help's own headings; `Commands:` would be the panel of those without one."""
+    """The help has five headings. Commands without a panel would be under `Commands:`."""
     assert main(["--help"]) == 0
     shown: dict[str, list[str]] = {}
     for line in capsys.readouterr().out.splitlines():
@@ -183,7 +184,7 @@ def test_a_command_with_many_options_shows_the_rare_ones_in_panels() -> None:
 @pytest.mark.exhaustive(but=["", "run", "check", "test", "serve"])
 @pytest.mark.parametrize("words", [[], *([name] for name in COMMANDS)], ids=" ".join)
 def test_h_is_short_for_help(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    """Source: what most commands of a shell understand."""
+    """Most commands of a shell accept -h."""
     shown = []
     for option in ("--help", "-h"):
         assert main([*words, option]) == 0
@@ -193,7 +194,7 @@ def test_h_is_short_for_help(words: list[str], capsys: pytest.CaptureFixture[str
 
 
 def test_every_command_of_the_folder_is_in_the_table() -> None:
-    """Source: a module of `cli` with a function of its own name is a command."""
+    """A module of `cli` that contains a function with the name of the module is a command."""
     folder = Path(str(sys.modules["rcx_harness.cli.app"].__file__)).parent
     found = set()
     for file in folder.glob("[a-z]*.py"):
@@ -207,7 +208,7 @@ def test_every_command_of_the_folder_is_in_the_table() -> None:
 
 
 def test_help_ends_with_what_its_module_adds(capsys: pytest.CaptureFixture[str]) -> None:
-    """Source: `rcx export --help` ends with the targets, `rcx run --help` with the events."""
+    """`rcx export --help` ends with the targets, `rcx run --help` with the events."""
     assert main(["export", "--help"]) == 0
     assert "Targets:" in capsys.readouterr().out.partition("--force")[2]
     assert main(["run", "--help"]) == 0

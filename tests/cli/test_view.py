@@ -108,7 +108,7 @@ def test_a_cut_capture_is_shown_up_to_the_cut(tmp_path: Path, capsys: Captured) 
 
 
 def test_a_recording_of_rcx_scan_is_judged_too(tmp_path: Path) -> None:
-    """Both inputs change in one scan, which breaks a PLC rule (manual chapter 5, 3, caution)."""
+    """Both inputs change in one scan, which breaks a rule (manual chapter 5, 3, caution)."""
     trace = tmp_path / "scan.jsonl"
     ready = "00" * 32 + "1201" + "00" * 14
     lines = [_HEAD.replace("}", ',"by":"rcx scan"}').strip()]
@@ -171,7 +171,10 @@ def test_a_missing_recording_is_one_line(tmp_path: Path, capsys: Captured) -> No
 def test_a_run_writes_the_page_that_its_trace_gives(
     repository: Path, tmp_path: Path, capsys: Captured
 ) -> None:
-    """The content is the same. The title is that of a chart of the run."""
+    """The page has the same content as the page of the trace.
+
+    Its title is the title of the run's charts.
+    """
     example = repository / "plc/examples/04_pick_and_place"
     trace, page = tmp_path / "t.jsonl", tmp_path / "run.html"
     options = [f"--stimulus={example / 'stimulus.toml'}", f"--robot={example / 'robot.toml'}"]

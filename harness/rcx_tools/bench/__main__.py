@@ -1,6 +1,6 @@
-"""Command `make bench`, or `python -m rcx_tools.bench`: measure, print, write out/bench.json.
+"""Command `make bench` (`python -m rcx_tools.bench`): measure, print, and write out/bench.json.
 
-The exit code is 0 if all targets are met, 1 if a target is missed, 2 if a measurement is not
+The exit code is 0 if all targets are met, 1 if a target is missed, and 2 if a measurement is not
 possible. Targets that cannot be met according to docs/explanation/timing.md are listed separately.
 """
 
@@ -22,10 +22,11 @@ from structured_text.output.units import parse_us
 __all__ = ["POINTS", "main"]
 
 OUTPUT = Path("out/bench.json")
-#: Width of the table if the width of the screen is unknown, as in a file.
+#: Width of the table if the output is not a terminal, for example a file.
 _FILE_WIDTH = 140
 
-#: The benchmarks: a module of this package with `measure(options)`, and a line of help.
+#: The benchmarks. Each is a module of this package with a function `measure(options)`; the value is
+#: its line in the help.
 POINTS: dict[str, str] = {
     "handshake": "scans of commands and sequences, and their minimum (docs/explanation/timing.md)",
     "sizes": "bytes per instance on matiec and STruC++",
@@ -39,7 +40,7 @@ POINTS: dict[str, str] = {
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Measure the requested points; see the head of this module for the exit code."""
+    """Measure the requested points and return the exit code (see the head of this module)."""
     parser = argparse.ArgumentParser(prog="make bench", description=__doc__)
     parser.add_argument("--only", default="", help=f"some of {', '.join(POINTS)}")
     parser.add_argument("--rpi", default="10ms,5ms,2ms,1ms", help="intervals of cyclic I/O")

@@ -25,9 +25,9 @@ from structured_text.projects.needed import declared_names, needed
 
 __all__ = ["Compared", "candidates", "compared"]
 
-#: Number of functions and blocks in one program.
+#: Number of functions and blocks in one test program.
 _TOGETHER = 24
-#: Constructs beyond the portable subset that matiec may accept nevertheless.
+#: Constructs beyond the portable subset that are tried anyway, because matiec may accept them.
 _TRIED = (
     "a written VAR_INPUT",
     "an empty branch",
@@ -46,7 +46,7 @@ _TRIED = (
 )
 _INPUTS, _OUTPUTS = ("VAR_INPUT",), ("VAR_OUTPUT",)
 _PLAIN = ("BOOL", "REAL", "LREAL", "TIME", "DATE", "TOD", "DT", "STRING", *INT_RANGE)
-#: Special values of a REAL; other values are drawn evenly.
+#: Special values of a REAL. All other values are drawn from a uniform distribution.
 _REALS = (0.0, 1.0, -1.0, 0.5, 2.0, 100.0)
 
 
@@ -67,7 +67,7 @@ class _Candidate:
     files: tuple[Path, ...]
 
     def pins(self, sections: Sequence[str]) -> list[tuple[str, Type]]:
-        """Return the variables of some sections."""
+        """Return the variables of the POU in the given sections."""
         every = self.pou.symbols.values()
         return [(one.name, one.type) for one in every if one.section in sections]
 
@@ -78,9 +78,9 @@ def candidates(files: Sequence[Path]) -> list[_Candidate]:
     Args:
         files: Sources without errors.
     """
-    files = [in_dialect(file, MATIEC) for file in files]  # whatever tool they were written for
+    files = [in_dialect(file, MATIEC) for file in files]  # the library may target another tool
     project, errors = analyse(files)
-    while project is None:  # the remaining files may use declarations of refused files
+    while project is None:  # a remaining file may still use declarations of a refused file
         refused = {error.file for error in errors}
         left = [file for file in files if str(file) not in refused]
         if len(left) == len(files) or not left:
@@ -102,7 +102,7 @@ def candidates(files: Sequence[Path]) -> list[_Candidate]:
 
 
 def _is_callable(pou: Pou) -> bool:
-    """Return whether it can be called with random values, and has a result to compare."""
+    """Return whether a POU can be called with random values and has a result to compare."""
     pins = [one for one in pou.symbols.values() if one.section in (*_INPUTS, *_OUTPUTS)]
     plain = all(isinstance(one.type, EnumType) or _name(one.type) in _PLAIN for one in pins)
     given = all(one.section != "VAR_IN_OUT" for one in pou.symbols.values())
@@ -122,8 +122,8 @@ def compared(
 
     Args:
         libraries: Sources of each library, without errors.
-        matiec: The other engine.
-        compiler: The compiler for its C.
+        matiec: The engine to compare with.
+        compiler: The C compiler for the code that matiec generates.
         calls: Total number of calls.
         seed: Seed of the random values.
     """
@@ -154,7 +154,7 @@ def compared(
 def _built(
     part: Sequence[_Candidate], file: Path, matiec: Matiec, compiler: str
 ) -> tuple[Project, MatiecProgram] | None:
-    """Return a program with a call of each; None if matiec refuses any of them."""
+    """Return a program that calls each POU of the part, or None if matiec refuses any of them."""
     file.write_text(_program(part), encoding="utf-8")
     files = dict.fromkeys(path for one in part for path in one.files)
     try:
@@ -207,7 +207,7 @@ def _compare(
             try:
                 ours.scan(now)
             except InputError:
-                break  # This error ends the run; C leaves the result undefined.
+                break  # The error ends the run; in C the result is undefined.
             for name, value in values.items():
                 theirs.write(f"Main.I{number}_{name}", value)
             theirs.scan(now)

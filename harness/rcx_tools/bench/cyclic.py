@@ -1,10 +1,12 @@
-"""Cyclic I/O in real time: packets, gaps and CPU, alone and under a flood of explicit messages.
+"""Measure cyclic I/O in real time: packets, gaps and CPU time, alone and under explicit messages.
 
-Each controller is an adapter and a scanner with their own loopback addresses and processes.
-Machines are shared and noisy. The gaps are therefore compared with those of a bare timer that runs
-at the same time, and the CPU time with that of a bare loop: two processes with the same priority
-that only wait, receive and send. All processes of a run start before the first packet: with
-real-time priority, the packets of many controllers leave a new process no time to start.
+Each controller is an adapter and a scanner, each with its own loopback address and process.
+
+Machines are shared and noisy. The gaps are therefore compared with the gaps of a bare timer that
+runs at the same time. The CPU time is compared with the CPU time of a bare loop: two processes with
+the same priority that only wait, receive and send. All processes of a run start before the first
+packet: with real-time priority, the packets of many controllers leave a new process no time to
+start.
 """
 
 from __future__ import annotations
@@ -59,19 +61,20 @@ __all__ = [
 ]
 
 _SIZE = 48
-#: Bytes of a packet with its header.
+#: Size of a packet with its header [byte].
 _PACKET = 72
 _MODULE = "rcx_harness.enip.cyclic.process"
-#: Period of new data at both sides [s].
+#: Period of new data on both sides [s].
 _FRESH_S = 0.005
-#: The longest time-out multiplier: a stall of a busy machine is counted, but does not end the
+#: The longest time-out multiplier. A stall of a busy machine is then counted, but it does not end
+#: the connection.
 # : connection.
 _PATIENT = 5
-#: The shortest promised interval for one controller, and the shortest possible interval.
+#: The shortest interval that is promised for one controller, and the shortest possible interval.
 _PROMISED_US, _SHORTEST_US = 2_000, 1_000
-#: Target: half of the CPU time per packet before both ends were rewritten [us].
+#: Target: half of the CPU time per packet that was measured before both ends were rewritten [us].
 _CPU_US = 65
-#: Many controllers: their number and interval [us]; left out with `quick`.
+#: Number of controllers and interval [us] of the run with many controllers. `quick` skips this run.
 _MANY = (16, 10_000)
 
 
@@ -81,8 +84,8 @@ class Case(NamedTuple):
     Attributes:
         rpi_us: Packet interval [us].
         controllers: Number of controllers.
-        flooded: With a flood of explicit messages to each.
-        ordinary: Without real-time priority.
+        flooded: Each controller also receives a flood of explicit messages.
+        ordinary: The processes run without real-time priority.
     """
 
     rpi_us: int
@@ -105,26 +108,26 @@ class Case(NamedTuple):
 
     @property
     def is_compared(self) -> bool:
-        """Return whether its CPU time is compared with bare loops, just before and after it."""
+        """Return whether bare loops run just before and after it, to compare the CPU time."""
         return (self.rpi_us, self.controllers, self.flooded) == (_PROMISED_US, 1, False)
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run of all its controllers.
+    """The results of one run.
 
     Attributes:
         case: The planned run.
-        seconds: Its duration.
-        packets: Packets received, both ways, of all controllers.
-        nominal: Packets expected.
-        missing: Missing sequence numbers, both ways.
-        gap_median_us: Median of the gaps between packets to the scanner; with several
-            controllers the median of theirs.
-        gap_p99_us: 99 % of the gaps are not longer; of the worst controller.
-        timer_p99_us: The same figure of the bare timer.
+        seconds: Duration of the run.
+        packets: Number of packets that all controllers and scanners received.
+        nominal: Number of packets that were expected.
+        missing: Number of missing sequence numbers in both directions.
+        gap_median_us: Median gap between packets to the scanner. With several controllers, the
+            median of their medians.
+        gap_p99_us: 99th percentile of the gaps, of the worst controller.
+        timer_p99_us: 99th percentile of the gaps of a bare timer.
         timer_missing: Intervals in which the bare timer did not wake.
-        cpu_us: CPU time for each packet sent and received, of all processes of the cyclic part.
+        cpu_us: CPU time of all processes of cyclic I/O, divided by the packets sent and received.
     """
 
     case: Case
@@ -163,7 +166,11 @@ def measure(options: Options) -> dict[str, Figure]:
 
 
 def cases(options: Options) -> list[Case]:
-    """Return the planned runs: each alone, then under flood; the shortest also without priority."""
+    """Return the planned runs.
+
+    Each interval runs alone and then under flood. The shortest intervals also run without real-time
+    priority. Unless `quick` is set, many controllers follow.
+    """
     alone = [Case(rpi_us, 1, flooded=False) for rpi_us in options.rpi_us]
     ordinary = [case._replace(ordinary=True) for case in alone if case.rpi_us <= _PROMISED_US]
     many = [] if options.quick else [Case(_MANY[1], _MANY[0], flooded=False)]
@@ -171,7 +178,7 @@ def cases(options: Options) -> list[Case]:
 
 
 def _flooded(quiet: Sequence[Case]) -> list[Case]:
-    """Return each run, and after it the same under a flood."""
+    """Return each run, followed by the same run under a flood."""
     return [case._replace(flooded=flooded) for case in quiet for flooded in (False, True)]
 
 
@@ -217,7 +224,7 @@ def run(case: Case, seconds: float) -> Run:
         seen = [scanner.statistics() for _, scanner in pairs]
         gaps = json.loads(bare.communicate()[0] or "[]")
     ends = list(zip(before, after, strict=True))
-    # The rate of each end over its own time, scaled to the time of the run.
+    # The rate of each end is measured over its own time, and scaled to the time of the run.
     rate = sum((b.received - a.received) / (b.time_s - a.time_s) for a, b in ends)
     packets = round(rate * passed)
     return Run(
@@ -233,12 +240,12 @@ def run(case: Case, seconds: float) -> Run:
 
 
 def figures(run: Run, quiet: Run | None, loops_us: Sequence[float] = ()) -> dict[str, Figure]:
-    """Return the figures of a run, by name.
+    """Return the figures of a run by name.
 
     Args:
-        run: The run.
+        run: The measured run.
         quiet: The same run without the flood.
-        loops_us: CPU time per packet of bare loops, just before and just after it.
+        loops_us: CPU time per packet of the bare loops just before and just after the run.
     """
     rate = run.packets / run.nominal
     beside = f"bare timer: p99 {run.timer_p99_us} us"
@@ -307,7 +314,7 @@ def _pair(held: ExitStack, number: int, rpi_us: int) -> tuple[Adapter, Scanner]:
 
 
 class _Count(NamedTuple):
-    """Packets that one end has received and missed so far, and the time of the reading [s]."""
+    """Number of packets that one end has received and missed, and the time of the reading [s]."""
 
     received: int
     missing: int
@@ -315,7 +322,7 @@ class _Count(NamedTuple):
 
 
 def _counts(pairs: Sequence[tuple[Adapter, Scanner]]) -> list[_Count]:
-    """Read the counts of each end of all connections; with many of them this takes time."""
+    """Read the counts of both ends of all connections; with many connections this takes time."""
     counts = []
     for adapter, scanner in pairs:
         device = adapter.shared.status()
@@ -326,7 +333,7 @@ def _counts(pairs: Sequence[tuple[Adapter, Scanner]]) -> list[_Count]:
 
 
 def timer(interval_us: int, seconds: float) -> list[int]:
-    """Return the gaps of a timer that does nothing else [us]."""
+    """Return the gaps between the wake-ups of a timer in a process that does nothing else [us]."""
     interval, end = interval_us / 1e6, time.monotonic() + seconds
     gaps: list[int] = []
     due = before = time.monotonic()
@@ -340,7 +347,7 @@ def timer(interval_us: int, seconds: float) -> list[int]:
 
 
 def loop(own: str, other: str, rpi_us: int, seconds: float) -> tuple[int, float]:
-    """Wait, receive and send for a time; return the packets received and the CPU time [us]."""
+    """Exchange packets for a time; return the packets received and the CPU time used [us]."""
     packet, interval = bytes(_PACKET), rpi_us / 1e6
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
         line.bind((own, 2222))
@@ -360,7 +367,7 @@ def loop(own: str, other: str, rpi_us: int, seconds: float) -> tuple[int, float]
 
 
 def flood(host: str, port: int) -> None:
-    """Read assembly 100 without a pause, until the process is ended."""
+    """Read assembly 100 in an endless loop, until the process is ended from outside."""
     with Client(host, port) as client:
         while True:
             client.get_assembly(100)

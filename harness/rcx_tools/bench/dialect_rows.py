@@ -1,8 +1,8 @@
 """Comparison of the built-in engine with matiec for each row of the table of dialects.
 
-A row is compared if matiec computes its value, or if there is a program of its rule that no known
-fault of matiec concerns. The calls are spread over the tools of the row. All other rows can only
-run on the built-in engine.
+A row can be compared if matiec computes the same value as the row, and if a program shows the rule
+without a known fault of matiec. The calls are distributed over the tools of the row. All other rows
+can only run on the built-in engine.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from structured_text.language.source import in_dialect
 
 __all__ = ["PROBES", "Probe", "RowCalls", "compared_rows", "probe_of", "program_text"]
 
-#: Limits and other values of an INT that counters compare with.
+#: Limits and other special values of an INT, for comparisons with counters.
 _INT_EDGES = (-32768, -1, 0, 1, 2, 3, 32767)
 
 
@@ -32,13 +32,13 @@ class Probe:
     """A program that shows a rule.
 
     Attributes:
-        rule: The rule.
-        values: The values of the rule for which matiec computes the same.
-        inputs: Its inputs, names of `_drawn`.
-        variables: Declarations of its other variables.
-        body: Its statements.
+        rule: Name of the rule.
+        values: Values of the rule for which matiec computes the same result.
+        inputs: Names of the program's inputs, as `_drawn` knows them.
+        variables: Declarations of the program's other variables.
+        body: Statements of the program.
         shown: The variables that are compared.
-        without: What the program leaves out, because matiec computes something else there.
+        without: Description of what the program omits because matiec computes a different result.
     """
 
     rule: str
@@ -52,13 +52,13 @@ class Probe:
 
 @dataclass(frozen=True)
 class RowCalls:
-    """The result for a row.
+    """The result of the comparison for one row.
 
     Attributes:
         row: The row.
-        calls: Number of compared calls; 0 if it is not compared.
-        difference: The first difference; empty if there is none.
-        without: What is left out of the comparison.
+        calls: Number of compared calls; 0 if the row is not compared.
+        difference: The first difference, or an empty text.
+        without: Description of what is omitted from the comparison.
     """
 
     row: Row
@@ -99,7 +99,8 @@ PROBES = (
         "BothV := Both.CV; BothU := Both.QU; BothD := Both.QD;",
         ("UpV", "UpQ", "DownV", "DownQ", "BothV", "BothU", "BothD"),
     ),
-    # What no fault of matiec concerns: see `engines.matiec.counter_blocks`.
+    # This program contains only counters that no fault of matiec affects; see
+    # `engines.matiec.counter_blocks`.
     Probe(
         "counters",
         ("type", "unsigned"),
@@ -202,7 +203,7 @@ END_CONFIGURATION
 
 
 def probe_of(row: Row) -> Probe | None:
-    """Return the program for a row that matiec computes, too; None if there is none."""
+    """Return the program for a row, or None if matiec does not compute the value of the row."""
     found = (one for one in PROBES if one.rule == row.rule and row.value in one.values)
     return next(found, None)
 
@@ -217,9 +218,9 @@ def compared_rows(matiec: Matiec, compiler: str, calls: int, seed: int = 43) -> 
     """Yield the result for each row of the table, in its order.
 
     Args:
-        matiec: The other engine.
-        compiler: The compiler for its C.
-        calls: Calls for each row that is compared, rounded up to a multiple of its tools.
+        matiec: The engine to compare with.
+        compiler: The C compiler for the code that matiec generates.
+        calls: Number of calls for each compared row, rounded up to a multiple of the row's tools.
         seed: Seed of the random values.
     """
     with tempfile.TemporaryDirectory() as folder:
@@ -249,7 +250,7 @@ def compared_rows(matiec: Matiec, compiler: str, calls: int, seed: int = 43) -> 
 def _calls(
     probe: Probe, ours: BuiltinProgram, theirs: MatiecProgram, calls: int, draw: random.Random
 ) -> tuple[int, str]:
-    """Return the number of compared calls, and the first difference."""
+    """Return the number of compared calls and the first difference."""
     shown = [f"Main.{name}" for name in probe.shown]
     readers = [engine.reader(shown) for engine in (ours, theirs)]
     for scan in range(calls):
@@ -265,7 +266,7 @@ def _calls(
 
 
 def _drawn(name: str, draw: random.Random) -> Any:
-    """Return a random value of an input; counters often see edges, and loads seldom."""
+    """Return a random value of an input: counters often get edges and limits, but seldom a load."""
     if name == "A":
         edge = draw.choice(_INT_EDGES)
         return draw.choice((edge, draw.randrange(-32768, 32768), draw.randint(1, 9)))

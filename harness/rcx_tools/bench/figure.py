@@ -14,7 +14,7 @@ __all__ = ["OUT_OF_REACH", "Figure", "Options", "as_table", "at_least", "at_most
 __all__ += ["shown", "store"]
 
 NO_TARGET = "none"
-#: Suffix of the peer of a figure whose target cannot be met; timing.md shows why.
+#: Suffix of `peer` if the target cannot be met; docs/explanation/timing.md gives the reason.
 OUT_OF_REACH = "; out of reach: docs/explanation/timing.md"
 
 
@@ -24,10 +24,10 @@ class Figure:
 
     Attributes:
         value: The measured value; None if a required tool is missing (`peer` names it).
-        unit: Its unit, or the counted thing.
-        target: Its target as text; `none` for a figure without one.
-        peer: The figure it is compared with in the same run, or the method.
-        met: Whether it meets its target; True without one.
+        unit: Unit of the value, or the counted things.
+        target: Target as text; `none` for a figure without a target.
+        peer: What the figure is compared with in the same run, or the method of measurement.
+        met: Whether the value meets the target; True for a figure without a target.
     """
 
     value: float | None
@@ -38,7 +38,7 @@ class Figure:
 
     @property
     def missed(self) -> bool:
-        """Return whether it misses a target that can be met."""
+        """Return whether the figure misses a target that can be met."""
         return not self.met and not self.peer.endswith(OUT_OF_REACH)
 
 
@@ -49,7 +49,7 @@ class Options:
     Attributes:
         seconds: Length of each run in real time.
         rpi_us: Packet intervals of cyclic I/O [us].
-        quick: A few samples instead of the whole grid, to see that it works.
+        quick: Take only a few samples instead of the whole grid, to check that the benchmark works.
     """
 
     seconds: float = 10.0
@@ -96,7 +96,7 @@ def as_table(figures: Mapping[str, Figure]) -> Table:
 
 
 def store(figures: Mapping[str, Figure], file: Path) -> None:
-    """Write figures as JSON; other figures in the file stay."""
+    """Write figures to a JSON file; the file keeps its other figures."""
     known: dict[str, object] = {}
     if file.is_file():
         try:
@@ -111,7 +111,7 @@ def store(figures: Mapping[str, Figure], file: Path) -> None:
 
 
 def percentile(values: Sequence[int], share: float) -> int:
-    """Return the value that `share` of all do not exceed; 0 without any."""
+    """Return the value that the given share of all values does not exceed; 0 without values."""
     ordered = sorted(values)
     return ordered[min(len(ordered) - 1, int(len(ordered) * share))] if ordered else 0
 

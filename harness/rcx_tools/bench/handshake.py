@@ -35,9 +35,9 @@ __all__ = ["Case", "Simulated", "grid", "measure", "simulate_command", "simulate
 
 #: Interval between two changes of dedicated inputs, without the margin [us].
 _INTERVAL_US = 100_000
-#: The controller's response to code, end of a command and reset [ms].
+#: Response times of the controller [ms]: to a code, at the end of a command, and to a reset.
 _RESPONSES_MS = (0, 7, 20)
-#: Margin beyond the need of the network [ms].
+#: Margins in addition to the need of the network [ms].
 _MARGINS_MS = (0, 45)
 _MOST_SCANS = 10_000
 
@@ -57,13 +57,13 @@ _HEAD = """
             EmergencyStopOk := TRUE, StopOk := TRUE);
 END_PROGRAM
 """
-#: Two commands that read positions; the end of the first starts the second.
+#: Two commands that read positions. The end of the first command starts the second.
 _COMMANDS = "PROGRAM Commands" + _HEAD.format(
     blocks="First, Second : FB_RemoteCommand;",
     calls="""First(Robot := Robot, Execute := Go, Code := WORD#16#0505);
   Second(Robot := Robot, Execute := First.Done, Code := WORD#16#0505);""",
 )
-#: Four dedicated inputs; the end of each starts the next.
+#: Four blocks that each set a dedicated input. The end of each block starts the next.
 _SEQUENCES = "PROGRAM Sequences" + _HEAD.format(
     blocks="Reset : FB_AlarmReset; Servo : FB_ServoOn; Rewind : FB_ProgramReset;\n"
     "    Auto : FB_AutoStart;",
@@ -72,7 +72,7 @@ _SEQUENCES = "PROGRAM Sequences" + _HEAD.format(
   Rewind(Robot := Robot, Execute := Servo.Done);
   Auto(Robot := Robot, Execute := Rewind.Done);""",
 )
-#: The blocks, and the bit of their input in bytes n + 32, n + 33.
+#: The blocks, and the bit of their dedicated input in bytes n + 32 and n + 33.
 _STEPS = (("Reset", 14), ("Servo", 1), ("Rewind", 13), ("Auto", 10))
 #: Response time of the controller [ms] for alarm reset, servo ON, program reset and start.
 _ANSWERS_MS = (20.0, 50.0, 20.0, 20.0)
@@ -93,7 +93,7 @@ class Case(NamedTuple):
 
 
 class Simulated(NamedTuple):
-    """The times of the cell, and the minimum for the same start."""
+    """The simulated times of one combination, and their theoretical minimum for the same start."""
 
     case: Case
     took: tuple[int, ...]
@@ -101,9 +101,9 @@ class Simulated(NamedTuple):
 
     @property
     def extra(self) -> int:
-        """Return the scans by which a time differs most from its minimum.
+        """Return the scans of the largest difference between a time and its minimum.
 
-        A negative number is a mistake of the minimum.
+        A negative number means that the calculated minimum is wrong.
         """
         late = [a - b for a, b in zip(self.took, self.minimum, strict=True)]
         return max(late, key=abs) // self.case.scan_us
@@ -112,7 +112,7 @@ class Simulated(NamedTuple):
 def grid(
     scans_ms: Iterable[int], rpis_ms: Iterable[int], responses_ms: Iterable[int]
 ) -> list[Case]:
-    """Return every combination twice: all clocks from 0, and with random phases."""
+    """Return every combination twice: all clocks start at 0, and all clocks have random phases."""
     cases = []
     for scan, rpi, response in itertools.product(scans_ms, rpis_ms, responses_ms):
         random = Random(f"{scan} {rpi} {response}")
@@ -128,11 +128,11 @@ def simulate_command(case: Case, *, together: bool = False) -> Simulated:
 
     Args:
         case: The combination.
-        together: `Execute` rises in a scan in which all clocks tick, for phases of 0.
+        together: `Execute` rises in a scan in which all clocks tick. This needs phases of 0.
 
     Returns:
-        Times are those of the scans, counted from the scan of the rising edge [us]: code written,
-        done, next data possible, next code written.
+        The times of four scans, counted from the scan of the rising edge [us]: the code is written,
+        the command is done, the next data are possible, the next code is written.
     """
     config = RobotConfig(
         command_accept_delay=case.response_us / 1000, status_reset_delay=case.response_us / 1000,
@@ -161,8 +161,9 @@ def simulate_command(case: Case, *, together: bool = False) -> Simulated:
 def simulate_sequence(case: Case) -> Simulated:
     """Simulate alarm reset, servo ON, program reset and start in a row.
 
-    The margin is the need of the network, RPI + 5 ms, and `response_us` beyond that. Times are
-    those of `simulate_command`, for each input: ON, done, OFF.
+    The margin is the need of the network (RPI + 5 ms) plus `response_us`. The result contains three
+    times for each input: it goes ON, the block is done, it goes OFF. Times are counted as in
+    `simulate_command`.
     """
     config = RobotConfig(power_on_alarm="17.401", program_is_reset=False)
     margin_us = case.rpi_us + CYCLE_US + case.response_us
@@ -199,7 +200,7 @@ def measure(options: Options) -> dict[str, Figure]:
 
 
 def _most(found: Sequence[Simulated]) -> int:
-    """Return the greatest difference; early and late count alike."""
+    """Return the greatest difference in scans, whether early or late."""
     return max(abs(one.extra) for one in found)
 
 

@@ -2,16 +2,17 @@
 
 You fetch the sources yourself, because this repository does not contain them.
 
-- `RCX_REPOSITORIES` names the folder with the checkouts of `repositories`. Per repository the bench
-  prints the files that are accepted, that lack a library, that show a gap of the front end, and
-  others, with the reasons ranked by files.
+- `RCX_REPOSITORIES` names the folder with the checkouts of `repositories`. For each repository the
+  bench prints the numbers of accepted files, of files that lack a library, of files that show a gap
+  of the front end, and of other refused files. It ranks the reasons by the number of files.
 - `RCX_LIBRARIES` names folders or project files, separated as in PATH. Each entry is one library:
   its files are checked together, because they use each other.
 
 In a project of one file (PLCopen XML) each declaration counts as a file.
 
-If matiec is available, random calls of POUs that it also accepts are compared (`agreement`), and of
-a program for each row of the table of dialects (`dialect_rows`). The latter need no sources.
+If matiec is available, two comparisons follow: random calls of the POUs that matiec also accepts
+(`agreement`), and random calls of a program for each row of the table of dialects (`dialect_rows`).
+The second comparison needs no sources.
 """
 
 from __future__ import annotations
@@ -55,13 +56,13 @@ __all__ = [
 
 #: Required share of accepted files in each library [%].
 LEAST = 95.0
-#: Largest share of files of a repository with a gap of the front end [%].
+#: Largest permitted share of files with a gap of the front end, in a repository [%].
 MOST = 2.0
-#: Number of compared random calls, over all libraries.
+#: Number of random calls that are compared, over all libraries together.
 CALLS = 100_000
 _VARIABLE = "RCX_LIBRARIES"
 _FOLDER = "RCX_REPOSITORIES"
-#: Names and numbers in a message; they are removed to group messages by reason.
+#: Pattern of names and numbers in a message. They are replaced to group messages by reason.
 _NAMES = re.compile(r"'[^']*'|\b\w*\d\w*\b|\b[A-Z_]\w*\b")
 _SHOWN = 10
 
@@ -72,7 +73,7 @@ class Share:
 
     Attributes:
         files: Number of files.
-        refused: Files with errors.
+        refused: Number of files with errors.
         reasons: Each reason with its number of occurrences.
     """
 
@@ -91,7 +92,7 @@ class Result:
     """The result for a repository.
 
     Attributes:
-        files: Its measured files.
+        files: The measured files of the repository.
         refusals: The refused files.
     """
 
@@ -135,7 +136,7 @@ def accepted(files: Sequence[Path]) -> Share:
 
 
 def _is_in(file: Path, error: InputError) -> bool:
-    """Return whether an error is in this file, or in this declaration of it."""
+    """Return whether an error is in a file, or inside a declaration of a project."""
     if error.file != str(file):
         return False
     lines = [line.at for line in getattr(file, "lines", None) or ()]
@@ -152,7 +153,7 @@ def result(repository: Repository, root: Path) -> Result:
     found = Result()
     for entries in repository.programs(root):
         files, refusals = _program(entries, libraries, repository)
-        known = set(found.files)  # a library of several programs counts once
+        known = set(found.files)  # a library that several programs use counts once
         found.files += [file for file in files if file not in known]
         found.refusals.merge(refusals)
     return found
@@ -161,7 +162,10 @@ def result(repository: Repository, root: Path) -> Result:
 def _program(
     entries: Sequence[Path], libraries: frozenset[str], repository: Repository
 ) -> tuple[list[Path], Refusals]:
-    """Check the files of a program together; a project that cannot be read counts as a file."""
+    """Check the files of a program together.
+
+    A project that cannot be read counts as one refused file.
+    """
     try:
         named = named_files(entries)
         projects = [file for file in named if is_project(file)]

@@ -1,7 +1,7 @@
 """Theoretical minimum of docs/explanation/timing.md: the earliest time of each step.
 
-It does not use the blocks. It is calculated from three clocks, the dependencies of the steps, and
-the manual's 100 ms.
+The calculation does not use the blocks. It uses three clocks, the dependencies of the steps, and
+the 100 ms of the manual.
 """
 
 from __future__ import annotations
@@ -13,19 +13,20 @@ from rcx_harness.spec.wire import CYCLE_US
 
 __all__ = ["Clocks", "Command", "Step", "command", "sequence"]
 
-#: A shorter command ends in the cycle that begins it: the controller skips the run status.
+#: A shorter command ends in the cycle in which it begins: the controller skips the status
+#: "running".
 _SHORT_US = CYCLE_US
 
 
 @dataclass(frozen=True)
 class Command:
-    """The earliest times of a remote command; times are those of scans [us].
+    """The earliest times of a remote command; each is the time of a scan [us].
 
     Attributes:
-        code: The code is written; the data words one scan before.
+        code: The code is written. The data words were written one scan earlier.
         done: The end status is read.
-        ready: The status 0x0000 is read after the reset: the next data words are written.
-        following: The next command's code is written.
+        ready: The status 0x0000 is read after the reset, and the next data words are written.
+        following: The code of the next command is written.
     """
 
     code: int
@@ -36,7 +37,7 @@ class Command:
 
 @dataclass(frozen=True)
 class Step:
-    """The earliest times of one dedicated input of a sequence; times are those of scans [us].
+    """The earliest times of one dedicated input of a sequence; each is the time of a scan [us].
 
     Attributes:
         on: The input goes ON.
@@ -65,10 +66,10 @@ class Clocks:
         return _next(t_us, CYCLE_US, self._cycle_phase)
 
     def seen_by_robot(self, t_us: int) -> int:
-        """Return R(t): the cycle that sees the outputs of the scan at `t_us`.
+        """Return R(t): the cycle in which the controller reads the outputs of the scan at `t_us`.
 
-        A scan's outputs go with the first packet after it. A cycle sees packets that arrived before
-        it.
+        The first packet after a scan sends its outputs. A cycle reads the packets that have arrived
+        before it.
         """
         packet = _next(t_us + 1, self._rpi_us, self._to_robot)
         return self.cycle(packet + 1)
@@ -85,7 +86,7 @@ def command(
 
     Args:
         clocks: The three clocks.
-        start_us: The scan of the rising edge; the status is 0x0000 and the channel free.
+        start_us: The scan of the rising edge. The status is then 0x0000, and the channel is free.
         accept_us: The controller's time from the code to the beginning of the command.
         run_us: Duration of the command.
         reset_us: The controller's time from the code 0x0000 to the status 0x0000.
@@ -105,14 +106,15 @@ def sequence(
 
     Args:
         clocks: The three clocks.
-        start_us: The scan of the first rising edge; no input has changed for `spacing_us`.
+        start_us: The scan of the first rising edge. No input has changed for `spacing_us` before
+            it.
         answers_us: The controller's time from each input to its answer.
-        spacing_us: 100 ms and the margin.
+        spacing_us: Interval between two changes: 100 ms plus the margin.
     """
     steps: list[Step] = []
-    # `asked` is the time at which the next input is requested, `free` the time at which the wire
-    # may change again. Each input waits for both. Its OFF edge is a change as well, so it also
-    # takes an interval, and the next input waits for the interval after it.
+    # `asked` is the time at which the next input is requested; `free` is the time at which the wire
+    # may change again. Each input waits for both times. Its OFF edge is also a change, so the next
+    # input has to wait for another interval.
     asked, free = start_us, start_us
     for answer_us in answers_us:
         on = clocks.scan(max(asked, free))
@@ -124,5 +126,5 @@ def sequence(
 
 
 def _next(t_us: int, period_us: int, phase_us: int) -> int:
-    """Return the first of phase, phase + period, ... at `t_us` or later."""
+    """Return the first of the times phase, phase + period, ... that is not before `t_us`."""
     return max(0, -(-(t_us - phase_us) // period_us)) * period_us + phase_us

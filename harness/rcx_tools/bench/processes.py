@@ -1,4 +1,4 @@
-"""Processes of the bench: their CPU time, and loads that it starts."""
+"""CPU time of the benchmark's processes, and processes that it starts."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def in_ordinary_time(module: str) -> None:
         InputError: this system does not list them.
     """
     for number in _ticks_of_children(module):
-        with suppress(ProcessLookupError):  # it has ended meanwhile
+        with suppress(ProcessLookupError):  # the process has ended in the meantime
             os.sched_setscheduler(number, os.SCHED_OTHER, os.sched_param(0))
 
 
@@ -48,7 +48,7 @@ def _ticks_of_children(module: str) -> dict[int, int]:
     parents: dict[int, int] = {}
     ticks: dict[int, int] = {}
     for entry in _PROC.iterdir():
-        with suppress(OSError, ValueError):  # it has ended meanwhile, or is not a process
+        with suppress(OSError, ValueError):  # not a process, or it has ended
             number = int(entry.name)
             fields = (entry / "stat").read_text().rpartition(")")[2].split()
             parents[number] = int(fields[1])
@@ -58,7 +58,7 @@ def _ticks_of_children(module: str) -> dict[int, int]:
 
 
 def _is_below(pid: int, parents: dict[int, int], above: int) -> bool:
-    """Return whether it is a descendant of this process."""
+    """Return whether a process is a descendant of process `above`."""
     while pid in parents:
         pid = parents[pid]
         if pid == above:
@@ -68,7 +68,7 @@ def _is_below(pid: int, parents: dict[int, int], above: int) -> bool:
 
 @contextmanager
 def running(module: str, arguments: Sequence[str]) -> Iterator[subprocess.Popen[str]]:
-    """Run a Python module in its own process; end it on exit."""
+    """Run a Python module in its own process, and end the process on exit."""
     process = subprocess.Popen(
         [sys.executable, "-m", module, *arguments], stdin=subprocess.PIPE,
         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
@@ -80,15 +80,15 @@ def running(module: str, arguments: Sequence[str]) -> Iterator[subprocess.Popen[
         process.wait()
         for pipe in (process.stdin, process.stdout):
             if pipe is not None:
-                with suppress(BrokenPipeError):  # the process has ended, and a line was not read
+                with suppress(BrokenPipeError):  # the process has ended before it read a line
                     pipe.close()
 
 
 def first_line(process: subprocess.Popen[str]) -> str:
-    """Wait for the first line of a process, which shows that its start is over.
+    """Wait for the first line of a process, which shows that the process is ready.
 
     Raises:
-        InputError: it has ended instead.
+        InputError: the process has ended without a line.
     """
     assert process.stdout is not None
     line = process.stdout.readline().strip()

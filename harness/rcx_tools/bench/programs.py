@@ -1,7 +1,7 @@
-"""Compare the speed of movements by the robot's program and by remote commands.
+"""Comparison of the speed of movements by a robot program and by remote commands.
 
-The PLC program, the robot and the way are the same: to and fro between two points. Both cells run
-in turns, and the median of their CPU times is compared, because the speed of a machine changes.
+Both cells have the same PLC program, robot and path: to and fro between two points. They run in
+turns, and the medians of their CPU times are compared, because the speed of a machine changes.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from rcx_tools.bench.figure import Figure, Options, at_most, shown
 
 __all__ = ["Measured", "measure", "simulated"]
 
-#: Simulated time of each run [s], and the runs of each cell.
+#: Simulated time of each run [s], and number of runs of each cell.
 _SECONDS, _RUNS, _QUICK_RUNS = 10, 15, 1
-#: Samples of the direction of the movement per second.
+#: Number of samples of the direction of movement per second.
 _STEPS_IN_S = 50
-#: A movement of a program may take at most this share of a commanded movement's CPU time.
+#: A movement by a program may take at most this share of the CPU time of a commanded movement.
 _MOST = 1.0
 _PLC = """
 PROGRAM Shuttle
@@ -55,7 +55,7 @@ _POINTS = {
 
 
 class Measured(NamedTuple):
-    """One run: its CPU time [s], and the number of movements in it."""
+    """The result of one run: its CPU time [s], and its number of movements."""
 
     cpu_s: float
     movements: int
@@ -93,7 +93,7 @@ def measure(options: Options) -> dict[str, Figure]:
 
 
 def simulated(cell: Cell, seconds: int, *, commands: bool) -> Measured:
-    """Run the cell after its power-up, with remote commands or with the program."""
+    """Run the cell after its power-up, with remote commands or with the robot program."""
     start = cell.snapshot()
     try:
         cell["Main.CellSafe"], cell["Main.Commands"] = True, commands

@@ -1,12 +1,12 @@
 """Classification of refused files: a missing library, a gap of the front end, or another reason.
 
-A refusal is a gap unless there is evidence for something else:
+A refusal counts as a gap unless there is evidence for another kind:
 
-- missing library: the refused name is declared nowhere in the program, is not part of the language,
-  and the project declares references to libraries that are not at hand.
-- other: the body is graphical or the file is no Structured Text; or the name is declared nowhere
-  and no reference is declared, so the tool refuses it, too; or a person has read the message
-  (`Reviewed`).
+- missing library: the refused name is not declared in the program and is not part of the language,
+  and the project refers to libraries that are not available.
+- other: the body is graphical or the file is not Structured Text; or the name is not declared and
+  the project refers to no library, so the tool also refuses the file; or a person has read the
+  message (`Reviewed`).
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from structured_text.language.source import source_text
 
 __all__ = ["Kind", "Refusals", "Reviewed", "classified", "references"]
 
-#: Names and numbers in a message; they are removed to group messages by reason.
+#: Pattern of names and numbers in a message. They are replaced to group messages by reason.
 _NAMES = re.compile(r"\b(?:\w*\d\w*|[A-Z_]\w*|\w+[A-Z]\w*)(?:\.\w+)*\b")
-#: Messages about a name that is declared nowhere, with the name.
+#: Patterns of messages about an undeclared name; a group contains the name.
 _UNKNOWN = re.compile(
     r"there is no (?:type|namespace|function|interface|variable or namespace|variable|"
     r"global variable|program) ([\w.]+)|([\w.]+) is not declared|"
     r"([\w.]+) is not an? (?:function block|structure|type|interface)"
 )
-#: Functions and types of the language, which no library has to declare.
+#: Functions and types of the language, which do not need a declaration in a library.
 _TYPES = (
     r"(?:BOOL|BYTE|[DL]?WORD|U?[SDL]?INT|L?REAL|W?STRING|L?TIME|L?DATE|DATE_AND_TIME|L?DT|L?TOD|"
     r"TIME_OF_DAY|BIT)"
@@ -46,7 +46,7 @@ _LANGUAGE = re.compile(
 )
 _WORD = re.compile(r"\w+")
 _WRONG_ARGUMENT = re.compile(r"an? .* is expected here|.* takes \d+ arguments|.* has no input")
-#: Keywords that stay in a reason.
+#: Keywords that are not replaced in a reason.
 _WORDS = frozenset(
     (
         *("ABSTRACT", "FINAL", "CLASS", "METHOD", "VAR", "CONSTANT", "EXTENDS", "IMPLEMENTS"),
@@ -61,7 +61,7 @@ _DECLARED = re.compile(
     r"|(?:^|;|\bVAR\w*)\s*(\w+(?:\s*,\s*\w+)*)\s*:(?!=)",
     re.IGNORECASE | re.MULTILINE,
 )
-#: A library that a project refers to: TwinCAT, CODESYS (PLCopen XML), SIMATIC AX.
+#: Patterns of a reference to a library in a project: TwinCAT, CODESYS (PLCopen XML), SIMATIC AX.
 _REFERENCES = {
     ".plcproj": re.compile(r"<(?:Placeholder|Library)Reference Include=\"([^\",]+)"),
     ".xml": re.compile(r"<Library Name=\"#?([^\",]+)"),
@@ -70,7 +70,7 @@ _REFERENCES = {
 
 
 def _reason_name(name: re.Match[str]) -> str:
-    """Return the placeholder of a name in a reason; names of the language stay."""
+    """Return the placeholder of a name in a reason; return names of the language unchanged."""
     return name[0] if _LANGUAGE.fullmatch(name[0]) or name[0] in _WORDS else "…"
 
 
@@ -87,8 +87,8 @@ class Reviewed:
     """A refusal that a person has checked: it is correct, because the tool also refuses the file.
 
     Attributes:
-        message: A pattern of the message, with its file and line.
-        why: The reason.
+        message: A pattern that matches the message with its file and line.
+        why: The reason why the refusal is correct.
     """
 
     message: str
@@ -97,7 +97,7 @@ class Reviewed:
 
 @dataclass
 class Refusals:
-    """The refused files of a program by kind, and the reasons of each kind by files."""
+    """The refused files of a program with their kinds, and the number of files for each reason."""
 
     files: dict[Path, Kind] = field(default_factory=dict)
     reasons: dict[Kind, Counter[str]] = field(default_factory=dict)
@@ -147,9 +147,9 @@ def classified(
 
     Args:
         files: All files of the program.
-        errors: The errors of each refused file, with those that follow from another error.
-        libraries: The libraries that the project refers to and that are not at hand.
-        reviewed: Messages that a person has read.
+        errors: The errors of each refused file, including errors that follow from another error.
+        libraries: The libraries that the project refers to and that are not available.
+        reviewed: Messages that a person has read and found correct.
     """
     declared = _declared(files)
     kinds = {
@@ -179,7 +179,11 @@ def _kind(
     reviewed: Sequence[Reviewed],
     lacks_namespace: bool,
 ) -> Kind | str:
-    """Return the kind of an error; a text with names if it follows from one of their errors."""
+    """Return the kind of an error.
+
+    If the error only follows from an error in another declaration, return a text with the name of
+    that declaration instead.
+    """
     if isinstance(error, ConsequenceError):
         return error.message
     if any(re.search(one.message, str(error)) for one in reviewed):
@@ -200,10 +204,10 @@ def _kind(
 
 
 def _lacks_namespace(errors: Sequence[InputError]) -> bool:
-    """Return whether a file uses the functions of a namespace that is not at hand.
+    """Return whether a file uses functions of a namespace that is not available.
 
-    AxUnit is the unit-test framework in the SDK of SIMATIC AX. A project that adds a function of
-    its own to `AxUnit.Assert` still lacks the others.
+    AxUnit is the unit-test framework in the SDK of SIMATIC AX. Even if a project adds its own
+    function to `AxUnit.Assert`, the other functions are missing.
     """
     if any(error.message.startswith("there is no namespace ") for error in errors):
         return True
@@ -212,11 +216,11 @@ def _lacks_namespace(errors: Sequence[InputError]) -> bool:
 
 
 def _is_argument(error: InputError, declared: Mapping[str, Path]) -> bool:
-    """Return whether the value of an argument is refused.
+    """Return whether an error refuses the value of an argument, in a call of a declared name.
 
-    In a file that uses a namespace which is not at hand, the call may mean the function of the same
-    name there: SIMATIC AX chooses among the functions of a name by the arguments, and so do the
-    `Equal` of a project and of its test library.
+    If a file uses a namespace that is not available, the call may mean a function of the same name
+    in that namespace. SIMATIC AX selects among functions of one name by their arguments: a project
+    and its test library may both contain `Equal`.
     """
     line = _line_of(error)[: max(0, (error.column or 1) - 1)]
     called = re.findall(r"(\w+)\s*\(", line)
@@ -232,7 +236,7 @@ def _line_of(error: InputError) -> str:
 
 
 def _unknown_name(error: InputError) -> str:
-    """Return the refused name in upper case if a missing declaration may cause the error."""
+    """Return the refused name in upper case if a missing declaration may have caused the error."""
     said = _UNKNOWN.match(error.message)
     if said is not None:
         return str(said[1] or said[2] or said[3]).upper()
@@ -240,7 +244,7 @@ def _unknown_name(error: InputError) -> str:
         return ""
     words = _WORD.findall(_line_of(error), max(0, (error.column or 1) - 1))
     if len(words) > 1 and words[0].upper() in ("SIZEOF", "XSIZEOF"):
-        words = words[1:]  # its size is not constant because its type is not known
+        words = words[1:]  # the type of its argument is not known
     return words[0].upper() if words else ""
 
 
@@ -250,7 +254,7 @@ def _declared(files: Sequence[Path]) -> dict[str, Path]:
     for file in files:
         try:
             text = source_text(file)
-        except InputError:  # the file is not UTF-8, but it still declares its names
+        except InputError:  # a file that is not UTF-8 still declares names
             text = file.read_bytes().decode("latin-1")
         for said in _DECLARED.finditer(text):
             for name in (said[1] or said[2]).split(","):
@@ -264,7 +268,7 @@ def _add_consequence(
     declared: Mapping[str, Path],
     result: Refusals,
 ) -> None:
-    """Add a file whose errors all follow from the errors of other declarations."""
+    """Add a file if all of its errors follow from errors of other declarations."""
     names = {name.upper() for _, text in found for name in _WORD.findall(str(text))}
     causes = {declared[name] for name in names if name in declared}
     kinds = {result.files[one] for one in causes if one in result.files}

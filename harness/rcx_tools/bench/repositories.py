@@ -5,7 +5,8 @@ This repository does not contain them. Fetch them into one folder, each at the c
     git clone https://github.com/<name> <folder>/<owner>+<repository>
     git -C <folder>/<owner>+<repository> checkout <commit>
 
-`RCX_REPOSITORIES` names the folder. Repositories that are not in it are left out, with a message.
+`RCX_REPOSITORIES` names the folder. If a repository is not in the folder, it is left out with a
+message.
 """
 
 from __future__ import annotations
@@ -23,19 +24,20 @@ __all__ = ["DIALECTS", "REPOSITORIES", "Repository", "how_to_get"]
 
 @dataclass(frozen=True)
 class Repository:
-    """A public repository, and which of its files make a program.
+    """A public repository, and the files of it that belong to each program.
 
     Attributes:
         name: Owner and repository.
         commit: The measured commit.
-        tool: The tool that its files are written for.
-        together: Patterns of files, folders or projects; all of them are one program.
-        each: Patterns of files, folders or projects; each of them is a program of its own.
-        libraries: Patterns of files that also belong to each of these programs.
-        device: The device of a CODESYS project with several ones.
+        tool: The tool for which its files are written.
+        together: Patterns of files, folders or projects that together are one program.
+        each: Patterns of files, folders or projects that are a separate program each.
+        libraries: Patterns of files that belong to each of the separate programs as well.
+        device: The measured device of a CODESYS project that contains several devices.
         leaves_out: A pattern of paths that are not measured, with the reason in a comment.
-        reviewed: Messages that were read by a person and are no gap.
-        beyond: Constructs that its programs need and that are refused by name. Such a repository is
+        reviewed: Messages that a person has read and that do not show a gap.
+        beyond: Constructs that its programs need and that the front end refuses by name. Such a
+            repository is measured without a target.
         measured without a target.
     """
 
@@ -58,7 +60,7 @@ class Repository:
         """Yield the entries of each program.
 
         Raises:
-            InputError: a pattern matches nothing, so the checkout is not the measured one.
+            InputError: a pattern matches no file, so the checkout is not at the measured commit.
         """
         folder = self.folder(root)
         if self.together:
@@ -81,7 +83,7 @@ class Repository:
 
 
 def how_to_get() -> str:
-    """Return the commands that fetch the repositories, as lines for the user."""
+    """Return the lines for the user with the commands that fetch the repositories."""
     return "\n".join(
         f"git clone https://github.com/{one.name} {one.name.replace('/', '+')} && "
         f"git -C {one.name.replace('/', '+')} checkout {one.commit}"
@@ -102,7 +104,8 @@ DIALECTS = {
 _TWINCAT, _CODESYS, _AX, _TIA = "TwinCAT", "CODESYS", "SIMATIC AX", "TIA Portal"
 _BEREMIZ, _OSCAT, _LOGIX = "Beremiz", "CODESYS 2.3", "Logix"
 
-#: The measured repositories. They were chosen for their tools and sizes. `beyond` marks those
+#: The measured repositories. They were chosen for their tools and sizes. `beyond` marks a
+#: repository with more gaps than the target allows.
 # : with more gaps than the target allows.
 REPOSITORIES = (
     Repository(
@@ -135,8 +138,8 @@ REPOSITORIES = (
         "trofimich/TwinCAT.OpenFramework",
         "62cb3d27e8a539943719fc385c119ec0c5b9816e",
         _TWINCAT,
-        # Two applications, which have blocks of the same names, and the libraries of both. The
-        # project "for old code storing" is left out: it does not fit the current libraries.
+        # Two applications with blocks of the same names, and the libraries of both. The project
+        # "for old code storing" is left out because it does not fit the current libraries.
         each=("Sources/*.Samples/*.plcproj", "Sources/*.Tests/*.plcproj"),
         libraries=(
             "Sources/TwinCAT.OpenFramework.[!ST]*/*.plcproj",

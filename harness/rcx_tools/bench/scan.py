@@ -1,10 +1,10 @@
-"""Cost per scan on a PLC, on each compiler that is found.
+"""Cost per scan on a PLC, with each available compiler.
 
-Ten robots are in one program. The program itself simulates their controllers (a command is answered
-in the next scan), so that the harness is not measured. Each figure is the difference of two
-programs that differ in one thing only, per robot or block: areas against an empty program, idle
-blocks and an endless handshake against the areas, areas of 48 bytes against those of 512. The
-programs take turns; the figures are medians of CPU time.
+One program contains ten robots. The program itself simulates their controllers (it answers a
+command in the next scan), so the harness is not measured. Each figure is the difference between two
+programs, per robot or block: with and without areas, with and without idle blocks, with and without
+running handshakes, and with areas of 512 and of 48 bytes. The programs take turns. The figures are
+medians of CPU time.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ _AREA = """  ReadArea{k}(Robot := Robot{k}, Image := InputArea{k}, ImageSize := 
     InputArea{k}[1] := BYTE#16#00;
   END_IF;
 """
-#: Calls of a robot between its areas, in the program with handshakes.
+#: Calls between FB_ReadArea and FB_WriteArea of a robot, in the program with handshakes.
 RUNNING = """  Move{k}(Robot := Robot{k}, Execute := NOT Move{k}.Done, Point := 19);
   IF Move{k}.Done THEN
     Count := Count + 1;
@@ -68,7 +68,7 @@ class Paid:
 
 
 def paid(engine: str, rounds: int, scans: int) -> Paid:
-    """Measure on one engine.
+    """Measure the cost per scan on one engine.
 
     Args:
         engine: `matiec` or `strucpp`.
@@ -88,7 +88,7 @@ def paid(engine: str, rounds: int, scans: int) -> Paid:
         count = programs["running"].read("Main.Count")
         for program in programs.values():
             program.close()
-    # Data, code, answer, 0x0000 and its answer: a command takes at most eight scans.
+    # Data, code, answer, 0x0000 and the answer to 0x0000: a command takes at most eight scans.
     if not isinstance(count, int) or count < _ROBOTS * rounds * scans // 8:
         raise InputError(f"{engine}: {count} commands in {rounds * scans} scans are too few")
     ns = {one: median(found) for one, found in times.items()}

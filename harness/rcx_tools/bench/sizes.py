@@ -1,6 +1,6 @@
-"""Bytes that a robot and a block take on a PLC, on each compiler that is found.
+"""Size of a robot and of each block on a PLC in bytes, with each available compiler.
 
-No size is estimated. matiec or STruC++ translates the whole library, the C or C++ compiler lays out
+No size is estimated. matiec or STruC++ translates the whole library, the C or C++ compiler compiles
 the result, and `sizeof` gives the size of every block.
 """
 
@@ -60,12 +60,12 @@ int main(void) {
 
 @dataclass(frozen=True)
 class Size:
-    """A type with its folder in the library and the size of an instance.
+    """The size of an instance of a type, with the type's folder in the library.
 
     Attributes:
         name: Name of the block or structure.
-        folder: `area`, `command`, `sequence`, `types` and so on.
-        bytes: Bytes per instance.
+        folder: Folder in the library: `area`, `command`, `sequence`, `types` and so on.
+        bytes: Size of an instance [byte].
     """
 
     name: str
@@ -74,7 +74,7 @@ class Size:
 
     @property
     def limit(self) -> int | None:
-        """Return the target, or None."""
+        """Return the target [byte], or None if the type has no target."""
         if self.name == "RCX_REF":
             return LARGEST_REF
         return LARGEST_COMMAND if self.folder == "command" else None
@@ -125,14 +125,14 @@ def strucpp_sizes(strucpp: Strucpp, compiler: str) -> list[Size]:
 
 
 def _sources(folder: Path) -> list[Path]:
-    """Return the library, and a minimal program."""
+    """Write a minimal program into the folder; return its path and the files of the library."""
     main = folder / "main.st"
     main.write_text(_MAIN, encoding="utf-8")
     return [main, *sorted(default_lib().rglob("*.st"))]
 
 
 def _places() -> dict[str, str]:
-    """Return RCX_REF and the blocks, each with its folder."""
+    """Return the folder of RCX_REF and of each block, by name."""
     home = default_lib()
     blocks = sorted(home.rglob("FB_*.st"))
     return {"RCX_REF": "types"} | {one.stem: one.relative_to(home).parts[0] for one in blocks}
@@ -171,7 +171,7 @@ def table(every: Sequence[Size], other: Sequence[Size] = ()) -> Table:
 
     Args:
         every: Sizes on matiec.
-        other: Sizes on STruC++; empty if it is not found.
+        other: Sizes on STruC++; empty if STruC++ is not available.
     """
     drawn = Table(title="Bytes per instance")
     for heading in ("folder", "block", "matiec", "target", "STruC++"):

@@ -1,4 +1,4 @@
-"""Measure the speed of `make demo` against real time, and the time of commands: CPU, medians."""
+"""Speed of `make demo` compared with real time, and CPU time of commands (medians)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _COMMANDS = ("--version", "--help", f"check {_EXAMPLE}", f"run {_EXAMPLE}")
 
 
 def measure(options: Options) -> dict[str, Figure]:
-    """Measure the run on both engines, and commands with a warm cache."""
+    """Measure the run on both engines, and the commands with a warm cache."""
     runs = 1 if options.quick else 9
     found: dict[str, Figure] = {}
     for engine, least in _LEAST.items():
@@ -53,7 +53,7 @@ def _run(cell: Cell, start: object) -> None:
 
 
 def _taken(work: Callable[[], object], who: int) -> float:
-    """Return the CPU time of some work in this process, or in its children [s]."""
+    """Return the CPU time that some work takes in this process or in its child processes [s]."""
     before = resource.getrusage(who)
     work()
     after = resource.getrusage(who)

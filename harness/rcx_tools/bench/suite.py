@@ -1,8 +1,8 @@
-"""Measure `make test`: its duration, its processor time, its expensive files, the time per folder.
+"""Measure `make test`: its duration, its CPU time, its slowest files, and the time per folder.
 
 The results of the tests must not depend on the number of processes or on the order. Therefore a
-part of the tests runs in one process, in four processes, in reverse order, and in a random order
-(`--order` of tests/conftest.py).
+part of the tests runs several times: in one process, in four processes, in reverse order, and in a
+random order (`--order` of tests/conftest.py).
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from rcx_tools.bench.figure import Figure, Options, at_most, shown
 
 __all__ = ["Tested", "measure", "read"]
 
-#: Limits for `make test` on two quiet cores without matiec: wall time, and CPU time of both cores.
+#: Limits for `make test` on two idle cores without matiec: real time, and CPU time of both cores.
 _LIMIT_S, _LIMIT_CPU_S = 150, 300
 _EXPENSIVE = 10
 _QUICK = ("-m", "not exhaustive")
-#: Repetitions of a part: name, number of processes, order.
+#: Repetitions of the repeated part: name, number of processes, order.
 _OTHERWISE = (("in four", "4", ""), ("in reverse", "1", "reverse"), ("drawn", "1", "20261"))
-#: The repeated part: tests that share compiled programs, seeds and caches.
+#: The part that is repeated: tests that share compiled programs, seeds and caches.
 _PART = ("tests/area", "tests/sequence", "tests/contract/test_broken_blocks.py", "tests/robot")
 
 
@@ -40,7 +40,7 @@ class Tested(NamedTuple):
 
 
 def measure(options: Options) -> dict[str, Figure]:
-    """Run the tests; with `quick` only the repeated part."""
+    """Run the repetitions and then all tests; with `quick` run only the repetitions."""
     with tempfile.TemporaryDirectory() as folder:
         plain = _results(_run(Path(folder), *_PART))
         found = {}
@@ -67,7 +67,7 @@ def measure(options: Options) -> dict[str, Figure]:
 
 
 def _sums(tests: list[Tested], of: Callable[[Tested], str]) -> list[tuple[str, float]]:
-    """Return the seconds of all tests that belong together, the most expensive first."""
+    """Return the sum of the seconds for each group of tests, the most expensive group first."""
     sums: dict[str, float] = {}
     for test in tests:
         sums[of(test)] = sums.get(of(test), 0.0) + test.seconds
@@ -75,7 +75,7 @@ def _sums(tests: list[Tested], of: Callable[[Tested], str]) -> list[tuple[str, f
 
 
 def _file(test: Tested) -> str:
-    """Return the file of a test, as tests.area.test_read_area."""
+    """Return the file of a test, for example `tests.area.test_read_area`."""
     return test.name.partition("::")[0]
 
 

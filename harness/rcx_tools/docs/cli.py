@@ -48,7 +48,7 @@ def command_page(name: str) -> Iterator[str]:
 
 
 def _panels(options: list[Any]) -> dict[str, list[Any]]:
-    """Return the options by the title of their panel, in the order of `--help`."""
+    """Return the options of a command by the title of their panel, in the order of `--help`."""
     panels: dict[str, list[Any]] = {"Options": []}
     for each in options:
         title = getattr(each, "rich_help_panel", None) or "Options"
@@ -89,6 +89,6 @@ def _cell(text: str | None) -> str:
 
 
 def _paragraphs(text: str | None) -> str:
-    """Return a help text as paragraphs, without the parts that typer does not show."""
+    """Return a help text as paragraphs, without the parts that typer does not display."""
     shown = (text or "").partition("\f")[0].replace("\b", "")
     return "\n\n".join(" ".join(part.split()) for part in shown.split("\n\n") if part.strip())

@@ -1,4 +1,4 @@
-"""Generator of docs/reference/commands.md: each remote command with block, test and words."""
+"""Generator of docs/reference/commands.md: each remote command with block, test and data words."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ the first one that it reads. Bits and words that are not listed must be 0.
 
 
 def blocks_of(command: Command) -> list[Block]:
-    """Return the blocks that send a command; none for the status reset."""
+    """Return the blocks that send a command; no block sends the status reset."""
     return [block for block in library().blocks.values() if command in block.commands]
 
 
@@ -89,7 +89,7 @@ def _address(part: Field, letter: str) -> str:
 
 
 def _allowed(part: Field, names: Sequence[str]) -> str:
-    """Return the legal values of a field; `names` are the names of all fields of its telegram."""
+    """Return the legal values of a field; `names` are all field names of the telegram."""
     texts = []
     by, units = part.units_by(names)
     if part.values:

@@ -1,7 +1,7 @@
-"""Standard cycle times of the robot models: planned, measured in virtual time, and fitted.
+"""Standard cycle times of the robot models: calculated, measured in virtual time, and fitted.
 
-`python -m rcx_tools.docs.cycle_times` fits the law of acceleration again and prints its two
-figures.
+`python -m rcx_tools.docs.cycle_times` fits the law of acceleration again, and prints the two
+parameters of the law.
 """
 
 from __future__ import annotations
@@ -22,19 +22,20 @@ from rcx_harness.spec.wire import CYCLE_US
 
 __all__ = ["cycle_ends", "fitted", "measured_cycle", "planned_cycle"]
 
-#: The standard cycle: height up and down, width across, depth of Z [mm].
+#: The standard cycle: height up and down, width across, Z depth [mm].
 UP, ACROSS, DEPTH = 25.0, 300.0, 50.0
 _ARCH, _READY, _DONE = 0x002, 0x0000, 0x0200
 _ROBOT, _FROM, _TO = 1, 1, 2
 _STEPS, _ROUNDS = 12, 16
-#: Bounds of the search for the law: factor, share.
+#: Bounds of the two parameters in the search for the law: factor and share.
 _LOW, _HIGH = (0.3, 0.01), (12.0, 3.0)
 
 
 def cycle_ends(model: RobotModel) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return X and Y of both ends of the cycle across the front [mm].
 
-    Their distance from the base is that of the hand with the arms at a right angle.
+    The distance of the ends from the base is the distance of the hand while the arms are at a right
+    angle.
     """
     far = math.hypot(*model.arms)
     y = math.sqrt(far**2 - (ACROSS / 2) ** 2)
@@ -42,7 +43,7 @@ def cycle_ends(model: RobotModel) -> tuple[tuple[float, float], tuple[float, flo
 
 
 def planned_cycle(model: RobotModel, of: Law, load: float) -> float:
-    """Return the planned time there and back [s] under a law, with the controller's planner."""
+    """Return the time to and fro [s] that the controller's planner calculates with a law."""
     ends = _angles(model)
 
     def move(place: int, start: float, end: float) -> AxisMove:
@@ -63,9 +64,9 @@ def _angles(model: RobotModel) -> Sequence[Sequence[float]]:
 
 
 def fitted(names: Sequence[str]) -> Law:
-    """Return the law with the least sum of squared relative errors of these models' cycles.
+    """Return the law with the least sum of squared relative errors for the cycles of these models.
 
-    The search uses a grid that becomes finer; every call gives the same result.
+    The search uses a grid that becomes finer. Every call gives the same result.
     """
     models = [robot_models()[name] for name in names]
 
@@ -95,9 +96,10 @@ def _grid(low: float, high: float) -> list[float]:
 
 
 def measured_cycle(name: str, load: float) -> float:
-    """Return the time there and back in virtual time [s]: MOVE with arch, by remote command.
+    """Return the time to and fro in virtual time [s], for MOVE with arch by remote command.
 
-    It counts controller cycles of 5 ms, from the first with moving axes to that of the end status.
+    The time is the number of controller cycles of 5 ms, from the first cycle with moving axes to
+    the cycle of the end status.
     """
     model = robot_models()[name]
     points = {
@@ -118,18 +120,18 @@ def measured_cycle(name: str, load: float) -> float:
 
 
 def _arm(model: RobotModel) -> Scara:
-    """Return the kinematics, right-handed."""
+    """Return the kinematics of the robot in right-handed posture."""
     arm1, arm2 = model.arms
     return Scara(1000 * arm1, 1000 * arm2)
 
 
 def _wire(mm: Sequence[float]) -> tuple[int, ...]:
-    """Return a position in the units of a point [0.001 mm]."""
+    """Return a position in the unit of a point [0.001 mm]."""
     return (*(round(1000 * at) for at in mm), *(0,) * (6 - len(mm)))
 
 
 class _Master:
-    """Master that switches the servos on and moves."""
+    """A master that switches the servos on and starts movements."""
 
     def __init__(self, config: RobotConfig) -> None:
         self._robot = Controller(config)

@@ -1,7 +1,7 @@
-"""Generators of parts of diagnosis.md: program, panel as a run fills it, tables of texts.
+"""Generators of parts of diagnosis.md: program, panel with values of a run, tables of texts.
 
 The page is handwritten, except the parts between `<!-- made: NAME -->` and `<!-- end -->`. The
-panel is drawn from a run of docs/how-to/diagnosis/Diagnosis.st in the virtual cell.
+panel shows a run of docs/how-to/diagnosis/Diagnosis.st in the virtual cell.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ _WIDTH = 92
 
 
 def diagnosis_page() -> str:
-    """Return the page with its generated parts made again."""
+    """Return the page with new generated parts."""
     text = (ROOT / "docs/how-to/diagnosis.md").read_text(encoding="utf-8")
     return _PART.sub(lambda found: f"{found[1]}{_MAKERS[found[2]]()}\n{found[3]}", text)
 
 
 @lru_cache(maxsize=1)
 def run_panel() -> Mapping[str, Any]:
-    """Return the outputs of the blocks three seconds after Start: the second movement has failed.
+    """Return the outputs of the blocks after the second movement has failed, 3 s after Start.
 
     Returns:
         `Recorder`, `Channels` and `Why` of the program, each with its outputs by name.
     """
-    from rcx_harness.cell import Cell  # not needed for the other pages
+    from rcx_harness.cell import Cell  # imported here because other pages do not need it
 
     shown = {
         "Recorder": ("Rows", "Fault", "FaultCode", "FaultData", "Frozen", "Total"),
@@ -61,7 +61,7 @@ def run_panel() -> Mapping[str, Any]:
 
 
 def panel() -> str:
-    """Return the panel as text, filled by the run."""
+    """Return the panel as text, with the values of the run."""
     now = run_panel()
     recorder, why, turns = now["Recorder"], now["Why"], now["Channels"]
     fault, text = recorder["Fault"], why["Text"]
@@ -94,7 +94,7 @@ def _framed(lines: list[str], button: str) -> Iterator[str]:
 
 
 def _subject(row: Mapping[str, Any]) -> str:
-    """Return the text of a panel's text list for Kind and Number (docs/reference/texts.csv)."""
+    """Return the text for Kind and Number in a panel (from docs/reference/texts.csv)."""
     kind, number = row["Kind"], row["Number"]
     if kind == "LOG_COMMAND":
         return spec.commands()[number & 0x0FFF].name
@@ -149,7 +149,7 @@ def _errors() -> str:
 
 
 def _both(title: str, rows: list[tuple[str, Mapping[str, Any], str]]) -> Iterator[str]:
-    """Yield a table in both languages; English details only if no other page has them."""
+    """Yield a table in both languages, with English details only if no other page contains them."""
     yield f"| {title} | English | 日本語 |\n|---|---|---|"
     for number, row, page in rows:
         english = row["name"] if page else f"**{row['name']}**<br>{row['cause']}<br>{row['remedy']}"

@@ -25,7 +25,7 @@ def engines_page() -> str:
 
 
 def faults_table() -> Iterator[str]:
-    """Yield the lines of the table, the faults with a detector first."""
+    """Yield the lines of the table, beginning with the faults that have a detector."""
     yield "| In your program | matiec | Versions | Write instead | Reported |"
     yield "|---|---|---|---|---|"
     for fault in sorted(faults().values(), key=lambda one: one.name not in DETECTORS):

@@ -1,7 +1,7 @@
-"""The examples as the README of plc/examples runs them, and generators of their charts.
+"""The examples of plc/examples, run as their README says, and generators of their charts.
 
-plc/examples/charts.toml lists the signals of each chart; their values come from a run. Like docs.py
-this module works on the repository, not on an installed package.
+plc/examples/charts.toml lists the signals of each chart. Their values come from a run. The module
+needs the repository and does not work in an installed package.
 """
 
 from __future__ import annotations
@@ -39,7 +39,8 @@ _LANE = re.compile(r"(?:(\d):)?(.*)")
 
 _WIDTH, _ROW, _TOP = 1080, 28, 44
 _LETTER = 7.3
-#: Distances of the time marks [us]: the first one with at most `_MOST_MARKS` marks is used.
+#: Possible distances of the time marks [us]. The first distance that gives at most `_MOST_MARKS`
+#: marks is used.
 _MARKS = (50_000, 100_000, 200_000, 500_000, 1_000_000, 2_000_000, 5_000_000)
 _MOST_MARKS = 12
 _STYLE = (
@@ -52,7 +53,7 @@ _ORIGIN = "<!-- generated from plc/examples/charts.toml and a run of the example
 
 @dataclass(frozen=True)
 class Example:
-    """One folder of plc/examples, with the options of its command in the README there."""
+    """One folder of plc/examples, with the options of its command in the README of that folder."""
 
     folder: Path
     options: dict[str, list[str]]
@@ -64,7 +65,7 @@ class Example:
 
     @property
     def duration(self) -> str:
-        """Return the run time of its command, in virtual time."""
+        """Return the run time of the command in the README, in virtual time."""
         return self.options.get("for", [_DURATION])[0]
 
     def build(
@@ -77,15 +78,15 @@ class Example:
         watch: Sequence[str] = (),
         robot: Sequence[Path] | None = None,
     ) -> Cell:
-        """Return a cell as `rcx run` makes it, with the stimulus queued.
+        """Return a cell like that of `rcx run`, with the stimulus queued.
 
         Args:
-            engine: As at `Cell.build`; so are `link`, `lib` and `watch`.
-            link: The network.
-            program: Other files than those of the folder.
+            engine: See `Cell.build`, also for `link`, `lib` and `watch`.
+            link: Kind of the network.
+            program: Files to use instead of the files in the folder.
             lib: Folder of the library.
             watch: Variables for the trace.
-            robot: Other robot files than those of its command.
+            robot: Robot files to use instead of those of the command.
         """
         options = self.options
         if robot is None and "robot" in options:
@@ -127,9 +128,9 @@ class ChartSpec:
 
     Attributes:
         title: Title above the chart.
-        begin_us: Begin of the chart, in the time of the run.
+        begin_us: Start of the chart, in the time of the run.
         end_us: End of the chart.
-        lanes: The lanes as written there, from top to bottom.
+        lanes: Lanes as written in charts.toml, from top to bottom.
     """
 
     title: str
@@ -179,7 +180,7 @@ def files() -> dict[str, Callable[[], str]]:
 
 @dataclass
 class Recorder:
-    """Observer of the lanes of a chart during a run."""
+    """Observer that records the lanes of a chart during a run."""
 
     spec: ChartSpec
     watch: list[str] = field(init=False)
@@ -203,7 +204,7 @@ class Recorder:
         """Return the observed lanes as an SVG picture with a linear time axis.
 
         Args:
-            origin: Comment that says from what the picture is generated.
+            origin: Comment that names the source of the picture.
         """
         lanes = self.lanes
         left = 30 + round(_LETTER * max(len(lane.name) for lane in lanes))
@@ -231,11 +232,11 @@ class Recorder:
 
 
 class _Signal:
-    """A lane: `SIGNAL = label`, `curve SIGNAL = label`, `stage SIGNAL = label`.
+    """A signal with its lane: `SIGNAL = label`, `curve SIGNAL = label`, `stage SIGNAL = label`.
 
-    A signal is `Main.X`, `SI01` and `SO02` as the PLC writes and reads them, `axis 1` (its position
-    [pulses]), a port of the controller such as `DO(20)`, or `button`, its hard-wired emergency
-    stop. The prefix `2:` selects the second controller.
+    A signal is `Main.X`; `SI01` or `SO02` as the PLC writes or reads it; `axis 1`, the position of
+    an axis [pulses]; a port of the controller such as `DO(20)`; or `button`, the hard-wired
+    emergency stop of the controller. The prefix `2:` selects the second controller.
     """
 
     def __init__(self, text: str) -> None:
@@ -251,7 +252,7 @@ class _Signal:
         self.lane = Lane(label or self.signal, kind or default)
 
     def take(self, cell: Cell, record: Record) -> None:
-        """Record a change; the state of the controller is read after each of its cycles."""
+        """Record a change. The state of the controller is read after each controller cycle."""
         if isinstance(record, Violation) or record.controller != self._controller:
             return
         if self._level is not None and isinstance(record, Scan):

@@ -1,7 +1,7 @@
-"""Generator of docs/first.svg, the picture of the README: a moving arm, and its signals.
+"""Generator of docs/first.svg, the picture of the README: a moving arm and its signals.
 
-Both are drawn from one run of example 04 with a real robot's arms (scara.toml). The animation is
-SMIL, which browsers also play in an `img`.
+Both are drawn from one run of example 04 with the arms of a real robot (scara.toml). The animation
+is SMIL, which browsers also play inside an `img`.
 """
 
 from __future__ import annotations
@@ -37,7 +37,8 @@ _SPEC = ChartSpec(
         "Main.Cycle.Count = Parts placed",
     ),
 )
-#: Sampling period of the arm [us]; factor by which the animation is slower; pause at its end [s].
+#: Sampling period of the arm [us]; factor by which the animation is slowed down; pause at the end
+#: [s].
 _SAMPLE_US, _SLOWER, _REST_S = 20_000, 2, 1.2
 _WIDTH, _HEIGHT, _ROW, _TOP = 1080, 392, 28, 66
 _NAMES, _LEFT, _RIGHT = 372, 530, 1066
@@ -128,7 +129,7 @@ def _turning(angles: Sequence[float]) -> str:
 
 
 def _animated(element: str, attribute: str, values: Sequence[str], kind: str) -> str:
-    """Return an animation over the run, with a pause; repeated values are left out."""
+    """Return an animation of the run with a pause at the end. Repeated values are left out."""
     run_s = (_SPEC.end_us - _SPEC.begin_us) / 1e6 * _SLOWER
     whole_s = run_s + _REST_S
     last = len(values) - 1

@@ -1,7 +1,8 @@
-"""Write or check the generated pages of docs/ and plc/lib, and the outputs in other pages.
+"""Write or check the generated files of docs/ and plc/lib, and command outputs in other pages.
 
-`python -m rcx_tools.docs.pages` writes, `python -m rcx_tools.docs.pages --check` only compares
-(exit 1 if a page is not current). It works on the repository, not on an installed package.
+`python -m rcx_tools.docs.pages` writes the files. `python -m rcx_tools.docs.pages --check` only
+compares them, and exits with 1 if a file is not current. The command works on the repository, not
+on an installed package.
 """
 
 from __future__ import annotations
@@ -44,14 +45,14 @@ __all__ = ["PATIENCE_S", "Header", "every_page", "headers", "main", "pages"]
 
 ROOT = Path(__file__).resolve().parents[3]
 
-#: Time after which the command reports its progress [s], and pages between two reports.
+#: Interval of the progress reports [s], and number of pages between two reports.
 PATIENCE_S, _STEP = 2.0, 50
 
 _OUTPUT = re.compile(
     r"^(<!-- (?P<kind>output of|file): (?P<what>.+?) -->\n```[a-z]*\n)(?:(?!```).*\n)*(```)$",
     re.MULTILINE,
 )
-#: Handwritten pages, except the outputs and files between their fences.
+#: Handwritten pages; only command outputs and files between fences are generated.
 _PASTED = (
     "README.md",
     *(
@@ -73,7 +74,7 @@ class Header:
 
     @property
     def folder(self) -> str:
-        """Return the folder of the file below plc/lib."""
+        """Return the folder of the file as a path below plc/lib."""
         return self.file.parent.relative_to(ROOT / "plc/lib").as_posix()
 
 
@@ -162,7 +163,7 @@ _FOLDERS = (
 
 
 def _place(folder: str) -> tuple[int, str]:
-    """Return the sort key of a folder: those of the list first, the types last."""
+    """Return the sort key of a folder: listed folders first, then others, then the types."""
     top = folder.partition("/")[0]
     if top == "types":
         return len(_FOLDERS) + 1, folder
@@ -170,7 +171,7 @@ def _place(folder: str) -> tuple[int, str]:
 
 
 def _page_of(name: str) -> str:
-    """Return the name, with a link to its page if it has one."""
+    """Return the name of a block or type, with a link if it has a page."""
     if name.startswith("FC_"):
         return f"[{name}](blocks/functions.md#{name.lower()})"
     return f"[{name}](blocks/{name}.md)" if name.startswith("FB_") else name
@@ -207,7 +208,7 @@ To run a process yourself and change it:
 |---|---|---|"""
 
 
-#: Endings of the program of a process and of its stimulus.
+#: File name endings of the program and the stimulus of a process.
 _FILES = (".st", ".toml")
 
 
@@ -262,7 +263,7 @@ def _signals() -> Iterator[str]:
 
 
 def _pasted(path: str) -> str:
-    """Return a page with the current outputs of its commands and the files that it shows."""
+    """Return a page with current command outputs and current texts of the files it shows."""
 
     def paste(match: re.Match[str]) -> str:
         if match["kind"] == "file":
@@ -275,24 +276,24 @@ def _pasted(path: str) -> str:
 
 
 def _run(command: str) -> str:
-    """Return the output of a command as a newcomer without matiec sees it."""
+    """Return the output of a command as a new user without matiec sees it."""
     hidden = ("RCX_MATIEC", "MAKEFLAGS", "MAKELEVEL", "MFLAGS")
     path = f"{ROOT / '.venv/bin'}:/usr/bin:/bin"
     clean = environment(without=hidden, PATH=path, COLUMNS="100", TERM="dumb")
     done = subprocess.run(
         command, shell=True, cwd=ROOT, env=clean, capture_output=True, text=True, check=False
     )
-    # Exit code 1 is a result, too. Its stderr is left out: on a busy machine it contains progress.
+    # Exit code 1 is also a result. Stderr is left out: on a busy machine it contains progress.
     return (done.stdout + (done.stderr if done.returncode > 1 else "")).strip("\n")
 
 
 def every_page() -> dict[str, Callable[[], str]]:
-    """Return the generators of all files, by the path in the repository."""
+    """Return the generators of all files, by path in the repository."""
     return {**pages(), **blocks.files(), **examples.files()}
 
 
 def pages() -> dict[str, Callable[[], str]]:
-    """Return the generators except slow ones: the blocks' pages and the examples' charts."""
+    """Return all generators except the slow ones: block pages and charts of the examples."""
     return {
         **library_files(),
         **text_files(),
@@ -348,7 +349,7 @@ def _chart(name: str) -> str:
 
 
 def main(arguments: list[str]) -> int:
-    """Write the pages, or with `--check` compare them; return the exit code."""
+    """Write the pages, or compare them with `--check`; return the exit code."""
     stale = []
     begin = time.monotonic()
     every = every_page()

@@ -1,10 +1,12 @@
 """Command `python -m rcx_tools.docs.pins`: list the pins that have changed since the last release.
 
-It compares the names of plc/lib that users can use with the table of the last release, a file of
-tests/tools/library/pins by its version. The table contains blocks and functions with their pins
-(type, default, order), and types with their members, bounds and initial values. New entries are
-harmless. A changed or removed entry needs a new major version, before 1.0 a new minor version.
-`--write` writes the table of this version: once, when it is released.
+The command compares the public names of plc/lib with the table of the last release: a file in
+tests/tools/library/pins, named after its version. The table contains blocks and functions with
+their pins (type, default, order), and types with their members, bounds and initial values. New
+entries are harmless. A changed or removed entry needs a new major version, or before version 1.0 a
+new minor version.
+
+`--write` writes the table of this version. This is done once, at the release.
 """
 
 from __future__ import annotations
@@ -34,7 +36,8 @@ __all__ = [
 
 FOLDER = ROOT / "tests/tools/library/pins"
 
-#: For each block, function and type its rows, in order: a section, a name and the rest.
+#: The rows of each block, function and type, in order. A row is a section, a name and the rest of
+#: the declaration.
 Table = Mapping[str, Sequence[str]]
 
 _HEAD = """\
@@ -44,7 +47,7 @@ _HEAD = """\
 
 
 def now() -> dict[str, list[str]]:
-    """Return the present table of plc/lib."""
+    """Return the table of the present plc/lib."""
     found = {}
     for name, pou in pous().items():
         if not pou.internal and not name.startswith(("FB_Rcx", "FC_Rcx")):
@@ -68,7 +71,7 @@ def of_kind(kind: Kind) -> list[str]:
 
 
 def text(table: Table, of: str) -> str:
-    """Return the text of the file of a version."""
+    """Return the table of a version as text for its file."""
     lines = [_HEAD.format(version=of)]
     for name, held in sorted(table.items()):
         rows = "".join(f"  {json.dumps(one)},\n" for one in held)
@@ -77,17 +80,17 @@ def text(table: Table, of: str) -> str:
 
 
 def read(file: Path) -> dict[str, list[str]]:
-    """Return the table of a file."""
+    """Return the table in a file."""
     return load_toml(file)
 
 
 def last(folder: Path = FOLDER) -> Path | None:
-    """Return the file of the newest release; None before the first."""
+    """Return the file of the newest release, or None before the first release."""
     return max(folder.glob("*.toml"), key=lambda file: version_number(file.stem), default=None)
 
 
 def changes(before: Table, after: Table) -> list[str]:
-    """Return changed and removed rows as text; new rows are not changes."""
+    """Return changed and removed rows as text. New rows are not changes."""
     found = []
     for name, held in before.items():
         if name not in after:
@@ -124,14 +127,14 @@ def _name(row: str) -> str:
 
 
 def is_major(before: str, after: str) -> bool:
-    """Return whether pins may change from one version to another."""
+    """Return whether pins may change from version `before` to version `after`."""
     old, new = version_number(before), version_number(after)
     count = 1 if old[0] else 2
     return new[:count] > old[:count]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Compare, or write; return 1 if a pin has changed without a sufficient version."""
+    """Compare or write the table; return 1 if the version does not permit a change."""
     given = sys.argv[1:] if arguments is None else arguments
     released = last()
     if "--write" in given:

@@ -1,4 +1,4 @@
-"""Generator of probes.md: the questions of `rcx probe`, and the assumed rules they decide."""
+"""Generator of probes.md: the questions of `rcx probe`, and the assumed rules that they decide."""
 
 from __future__ import annotations
 

@@ -1,9 +1,10 @@
-"""The manual's processes in a run of the cell, with the time of each step.
+"""Processes of the manual in a run of the cell, with the time of each step.
 
-docs/explanation/charts/processes.toml lists them. The program and the stimulus of each process are
-in the same folder; `rcx run` can run them, too. The charts are drawn from the trace of a run, never
-from the list.
-A step of the list that does not happen in its order is an error.
+docs/explanation/charts/processes.toml lists the processes. The program and the stimulus of each
+process are in the same folder, and `rcx run` can also run them. The charts are always drawn from
+the trace of a run, not from the list.
+
+If a step of the list does not happen in its order, that is an error.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ FOLDER = Path(__file__).resolve().parents[3] / "docs/explanation/charts"
 
 @dataclass(frozen=True)
 class _Surrounding:
-    """A signal outside of the PLC's wires: its name, and the events and words for ON and OFF."""
+    """A signal that is not in the PLC's image: name, events and words for ON and OFF."""
 
     name: str
     at_start: bool
@@ -98,15 +99,15 @@ class Process:
     """One entry of the list.
 
     Attributes:
-        name: File name of its chart, program and stimulus.
+        name: File name of the chart, the program and the stimulus.
         title: Title on the page.
         section: Section of the manual.
-        blocks: The blocks that do it.
+        blocks: The blocks that perform the process.
         seen: The side whose signals the chart shows: PLC or controller.
-        about: A sentence or two below the title.
-        begin_us: Begin of the chart, in the time of the run.
+        about: One or two sentences below the title.
+        begin_us: Start of the chart, in the time of the run.
         end_us: End of the chart and of the run.
-        lanes: The signals to draw, each with its label or None for its own name.
+        lanes: The signals to draw, each with its label; None means that the name is the label.
         steps: The steps in the manual's order.
     """
 
@@ -134,7 +135,7 @@ class Process:
 
 @dataclass
 class Track:
-    """A lane of a chart, with its group and the source of its values."""
+    """A lane of a chart, with its group and the function that reads its values."""
 
     signal: str
     group: str
@@ -148,7 +149,7 @@ class Track:
             self.lane.note(record.t_us, self.value(record))
 
     def says(self, value: int) -> str:
-        """Return a short text for a change to `value`: `SI(01) ON`, `n + 2 = 0x0004`."""
+        """Return a short text for a change to `value`, such as `SI(01) ON` or `n + 2 = 0x0004`."""
         if self.lane.kind == "word":
             return f"{self.lane.name.partition(':')[0]} = 0x{value:04X}"
         if self.signal in _SURROUNDINGS:
@@ -164,16 +165,16 @@ class Track:
 
 @dataclass(frozen=True)
 class TimedStep:
-    """A step as it happened.
+    """A step with its actual times.
 
     Attributes:
-        number: Its number, from 1.
-        change: Its edges, `SI(01) ON`.
-        text: Its description.
+        number: Number of the step, from 1.
+        change: Edges of the step, such as `SI(01) ON`.
+        text: Description of the step.
         edges: Each signal with the time of its change.
-        t_us: The time of the last of them.
-        at: Time in ms from the first step; two times if its edges come at different ones.
-        since_last: Time after the step before, in ms; empty for the first.
+        t_us: Time of the last edge.
+        at: Time in ms since the first step; two times if the edges come at different times.
+        since_last: Time in ms since the previous step; empty for the first step.
     """
 
     number: int
@@ -194,7 +195,7 @@ class ProcessChart:
         tracks: The lanes, in the order of the list.
         steps: The steps with their times.
         inputs: Times at which the PLC changed dedicated inputs, within the chart.
-        timing: Periods and pacing in words.
+        timing: Description of the periods and of the pacing.
     """
 
     process: Process
@@ -205,12 +206,12 @@ class ProcessChart:
 
     @property
     def zero_us(self) -> int:
-        """Return the time of the first step's first edge, the zero of the chart."""
+        """Return the time of the first edge of the first step, which is time 0 of the chart."""
         return min(t_us for _, t_us in self.steps[0].edges)
 
     @property
     def instants(self) -> tuple[int, ...]:
-        """Return all times at which something changes, within the chart."""
+        """Return all times within the chart at which a signal changes."""
         begin, end = self.process.begin_us, self.process.end_us
         found = {t for track in self.tracks for t, _ in track.lane.changes if begin < t < end}
         return tuple(sorted(found))
@@ -218,7 +219,7 @@ class ProcessChart:
 
 @cache
 def processes() -> dict[str, Process]:
-    """Return the processes by name, in the manual's order.
+    """Return the processes by name, in the order of the manual.
 
     Raises:
         InputError: the list cannot be read, or an entry is wrong.
@@ -274,7 +275,7 @@ def run_process(process: Process, *, engine: str = "auto") -> ProcessChart:
 
 
 def _find_steps(process: Process, tracks: Sequence[Track]) -> tuple[TimedStep, ...]:
-    """Return the first occurrence of each step after the one before."""
+    """Return for each step its first occurrence after the previous step."""
     by_signal = {track.signal: track for track in tracks}
     found: list[TimedStep] = []
     zero = 0
@@ -315,10 +316,10 @@ def _edge(text: str) -> tuple[str, int]:
 
 
 def _track(signal: str, label: str | None) -> Track:
-    """Return a lane by its name in the list.
+    """Return the lane for a name in the list.
 
-    Names are `SI01` and `SO02` as the PLC writes and reads them, `rcx.SI01` as the controller has
-    them, `n+0` and `m+2` for words, `Main.X` for a BOOL, and those of the surroundings.
+    Names are `SI01` and `SO02` as the PLC writes and reads them, `rcx.SI01` as the controller reads
+    it, `n+0` and `m+2` for words, `Main.X` for a BOOL, and the signals of the surroundings.
     """
     if signal in _SURROUNDINGS:
         lane = Lane(label or _SURROUNDINGS[signal].name, "event")
@@ -340,7 +341,7 @@ def _track(signal: str, label: str | None) -> Track:
     if signal.startswith("rcx."):
         if out:
             return Track(signal, _INSIDE, lane, Cycle, lambda one: one.rcx_so[byte] >> bit & 1)
-        # Without a connection nothing is sampled: the controller reads the inputs as OFF.
+        # Without a connection rcx_si is empty, because the controller reads all inputs as OFF.
         level = lambda one: one.rcx_si[byte] >> bit & 1 if one.rcx_si else 0  # noqa: E731
         return Track(signal, _INSIDE, lane, Cycle, level)
     if out:
@@ -349,7 +350,7 @@ def _track(signal: str, label: str | None) -> Track:
 
 
 def _follow_events(track: Track, stimulus: Stimulus) -> None:
-    """Record the changes of the robot's surroundings from the stimulus."""
+    """Record the changes of the robot's surroundings, as the stimulus defines them."""
     if track.signal not in _SURROUNDINGS:
         return
     one = _SURROUNDINGS[track.signal]

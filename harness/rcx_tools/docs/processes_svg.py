@@ -1,4 +1,4 @@
-"""Drawing of a process as SVG: waves, numbered steps at their edges, and a legend."""
+"""Drawing of a process as SVG: waveforms, numbered steps at their edges, and a legend."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _STYLE = (
 
 
 class _Page:
-    """The elements of a picture, and its present height."""
+    """The elements of a picture, and the height used so far."""
 
     def __init__(self, chart: ProcessChart) -> None:
         self.chart = chart
@@ -52,7 +52,7 @@ class _Page:
         self.body.append(text(x, y, words, kind))
 
     def x(self, t_us: int) -> int:
-        """Return the position of the column of a time."""
+        """Return the horizontal position of the column for a time."""
         return self.axis.xs[self.instants.index(t_us)]
 
     def badge(self, x: float, y: float, number: int) -> None:
@@ -70,7 +70,7 @@ class _Page:
 
 
 def process_svg(chart: ProcessChart) -> str:
-    """Return the picture as the text of an SVG file; the same run gives the same bytes."""
+    """Return the picture as the text of an SVG file. The same run always gives the same bytes."""
     page = _Page(chart)
     process = chart.process
     page.text(12, 24, process.title, "h")
@@ -88,7 +88,7 @@ def process_svg(chart: ProcessChart) -> str:
 
 
 def _times(page: _Page) -> None:
-    """Draw the times of the changes, and the durations between them."""
+    """Draw the times of the changes, and the durations between changes."""
     page.text(12, page.top + 14, "time [ms]", "q")
     for k, label in enumerate(page.labels):
         page.text(page.axis.xs[k], page.top + 14, label, "t")
@@ -100,7 +100,7 @@ def _times(page: _Page) -> None:
 
 
 def _waves(page: _Page) -> None:
-    """Draw the lanes group by group; below the dedicated inputs their intervals."""
+    """Draw the lanes by group. The intervals of the dedicated inputs are below their lanes."""
     tracks = page.chart.tracks
     for k, track in enumerate(tracks):
         if k == 0 or track.group != tracks[k - 1].group:
@@ -121,7 +121,7 @@ def _waves(page: _Page) -> None:
 
 
 def _badges(page: _Page, track: Track, base: int) -> None:
-    """Draw the numbers of the steps with an edge on this lane, next to its line."""
+    """Draw the numbers of the steps that have an edge on this lane."""
     for step in page.chart.steps:
         for signal, t_us in step.edges:
             if signal != track.signal:
@@ -154,7 +154,7 @@ def _pace(page: _Page) -> None:
 
 
 def _guide(page: _Page, column: int, first: int) -> str:
-    """Return the vertical line of a column; that of a step reaches up to its time."""
+    """Return the vertical line of a column. The line of a step reaches up to the step's time."""
     steps = [t_us for step in page.chart.steps for _, t_us in step.edges]
     kind = "gs" if page.instants[column] in steps else "g"
     x = page.axis.xs[column]
@@ -162,7 +162,7 @@ def _guide(page: _Page, column: int, first: int) -> str:
 
 
 def _legend(page: _Page) -> None:
-    """Draw the steps in words, each with its time and the time since the step before."""
+    """Draw the text of each step, its time, and the time since the previous step."""
     page.top += 10
     times, gaps = _LEAST - 130, _LEAST - 16
     page.body.append(

@@ -1,4 +1,4 @@
-"""Generator of robot-language.md: the statements of robot programs, and their sources."""
+"""Generator of robot-language.md: the statements of robot programs, with the source of each."""
 
 from __future__ import annotations
 

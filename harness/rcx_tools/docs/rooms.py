@@ -1,4 +1,4 @@
-"""The rooms of both packages and the arrows between them, found by their imports."""
+"""The rooms (top-level folders and modules) of the packages, and the imports between rooms."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ __all__ = ["PLANS", "against", "arrows", "drawn", "rooms", "rooms_svg"]
 
 _HARNESS = Path(__file__).resolve().parents[2]
 
-#: The rows of rooms, with the column of each room.
+#: The rows of a plan, each with its rooms and their columns.
 Plan: TypeAlias = tuple[Mapping[str, float], ...]
 
-#: The plans of both packages: a room imports rooms below it, or to the right of it. Any room may
-#: import the last row. All rooms of rcx_harness may import structured_text.
+#: The plans of the packages. A room may import rooms in lower rows, or rooms in its own row that
+#: are further right. Any room may import a room of the last row. All rooms of rcx_harness may
+#: import structured_text.
 PLANS: Mapping[str, Plan] = {
     "rcx_harness": (
         {"cli": 2.3},
@@ -50,7 +51,7 @@ def rooms(package: str) -> set[str]:
 
 @cache
 def arrows(package: str) -> dict[str, set[str]]:
-    """Return the rooms of the same package that each room imports, types included."""
+    """Return for each room the rooms of the same package that it imports, also for types only."""
     found: dict[str, set[str]] = {name: set() for name in rooms(package)}
     for file in (_HARNESS / package).rglob("*.py"):
         here = file.relative_to(_HARNESS / package).parts[0].removesuffix(".py")
@@ -61,7 +62,7 @@ def arrows(package: str) -> dict[str, set[str]]:
 
 
 def _imported(tree: ast.AST, package: str) -> set[str]:
-    """Return the rooms of a package that a module names."""
+    """Return the rooms of a package that the imports of a module name."""
     paths: list[str] = []
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module:
@@ -73,7 +74,10 @@ def _imported(tree: ast.AST, package: str) -> set[str]:
 
 
 def drawn(every: Mapping[str, Iterable[str]]) -> list[tuple[str, str]]:
-    """Return the arrows of an acyclic graph that are not implied by a longer path."""
+    """Return the arrows to draw for an acyclic graph of imports.
+
+    An arrow is left out if a longer path implies it.
+    """
 
     def reached(name: str) -> set[str]:
         return set(every[name]).union(*(reached(one) for one in every[name]))
@@ -102,7 +106,7 @@ def rooms_svg(package: str) -> str:
     """Return the plan of a package as the text of an SVG file.
 
     Raises:
-        ValueError: an import goes against the plan.
+        ValueError: an import violates the plan.
     """
     plan, every = PLANS[package], arrows(package)
     if wrong := against(plan, every):
@@ -138,7 +142,7 @@ def _arrow(upper: tuple[int, int], lower: tuple[int, int]) -> str:
     """Return a line from the lower edge of a box to the upper edge of another."""
     (x, y), (to_x, to_y) = upper, lower
     x, to_x, y = x + _WIDTH // 2, to_x + _WIDTH // 2, y + _HEIGHT
-    bend = to_y - (_ROW - _HEIGHT)  # straight down past the rows in between, then bend
+    bend = to_y - (_ROW - _HEIGHT)  # straight down past the rows in between, then to the side
     middle = (bend + to_y) // 2
     path = f"M{x} {y}V{bend}C{x} {middle} {to_x} {middle} {to_x} {to_y}"
     return f'<path class="a" marker-end="url(#t)" d="{path}"/>'

@@ -1,7 +1,7 @@
-"""Generator of docs/how-to/view.png: robot and chart of example 04, from its own run.
+"""Generator of docs/how-to/view.png: the robot and the chart of a run of example 04.
 
-`python -m rcx_tools.docs.view_picture` draws it again, in chromium. The picture contains a digest
-of its page. A test can therefore check that it is current without drawing it.
+`python -m rcx_tools.docs.view_picture` draws the picture again in Chromium. The picture contains a
+digest of the page. A test can therefore check without a browser that the picture is current.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ PICTURE = _ROOT / "docs/how-to/view.png"
 _SIZE = (1280, 900)
 _KEY = b"Page"
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
-#: Script that shows the arm between feeder and tray: a part of the run, and the cursor.
+#: Script that shows the arm between feeder and tray: a section of the run, and the cursor.
 _SHOWN = """
 document.dispatchEvent(new KeyboardEvent("keydown", { key: "0" }));
 const plot = document.getElementById("plot");
@@ -46,7 +46,7 @@ _AT = 0.68
 
 
 def page() -> str:
-    """Return the page that is shown, as HTML."""
+    """Return the page of the picture as HTML."""
     given = {"engine": "builtin", "watch": "Main.Carry.Stage,Main.Cycle.Count", "positions": "mm"}
     with Cell.build(_EXAMPLE, robot=_ROOT / "docs/how-to/view.toml", scan="10ms", **given) as cell:  # type: ignore[arg-type]
         Stimulus.load(_EXAMPLE / "stimulus.toml").schedule(cell)
@@ -57,7 +57,7 @@ def page() -> str:
 
 
 def digest(html: str) -> str:
-    """Return the digest of a page, which does not depend on the compression of its data."""
+    """Return a digest of a page that does not depend on the compression of its data."""
     head, data, tail = re.split(
         r'(?<=<script id="data" type="text/plain">)(.*?)(?=</script>)', html
     )
@@ -66,7 +66,7 @@ def digest(html: str) -> str:
 
 
 def digest_in(picture: bytes) -> str:
-    """Return the digest in a picture; empty if there is none."""
+    """Return the digest in a picture, or an empty text if it contains none."""
     at = len(_SIGNATURE)
     while at < len(picture):
         (length,) = struct.unpack_from(">I", picture, at)
@@ -78,7 +78,7 @@ def digest_in(picture: bytes) -> str:
 
 
 def _signed(picture: bytes, text: str) -> bytes:
-    """Return a picture with a text chunk after its head."""
+    """Return a picture with a text chunk after the header."""
     head = len(_SIGNATURE) + 25
     body = b"tEXt" + _KEY + b"\0" + text.encode()
     chunk = struct.pack(">I", len(body) - 4) + body + struct.pack(">I", zlib.crc32(body))

@@ -1,4 +1,4 @@
-"""Generator of the page about each tool's Structured Text, from the lists of the exporters."""
+"""Generator of the page about the Structured Text of each tool, from the lists of the exporters."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ construct is in [language.md](language.md).
 
 
 def _constructs() -> Iterator[str]:
-    """Yield the table of the constructs that each tool accepts, with the sources."""
+    """Yield the table of the constructs that each tool accepts, with sources."""
     yield _CONSTRUCTS
     every = tools().values()
     said = [one for tool in every for one in (*tool.takes.values(), *tool.refuses.values())]

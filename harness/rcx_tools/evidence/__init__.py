@@ -1,1 +1,1 @@
-"""Evidence about this library: the checks, their list, and their page."""
+"""Evidence about this library: the checks, their list, and the page with their results."""

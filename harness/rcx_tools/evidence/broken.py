@@ -1,7 +1,7 @@
-"""Copies of the library: unchanged, or with a seeded bug that a check must find.
+"""Copies of the library, either unchanged or with a seeded bug that a check must find.
 
-The bugs are in tables under `tests/tools/evidence`, each a `[[bug]]` with `name`, `file`, `old` and
-`new`, and the fields of the check that searches for it.
+The bugs are in tables below `tests/tools/evidence`. Each bug is a `[[bug]]` with `name`, `file`,
+`old` and `new`, and with additional fields for the check that searches for it.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from structured_text.output.toml_files import line_of, load_toml
 __all__ = ["BUGS", "Bug", "broken_library", "bugs", "library_copy"]
 
 _LIBRARY = ROOT / "plc" / "lib"
-#: Tables of the bugs that exploration and campaign must find.
+#: Folder with the tables of the bugs that exploration and campaign must find.
 BUGS = ROOT / "tests" / "tools" / "evidence" / "bugs"
 
 
 @dataclass(frozen=True)
 class Bug:
-    """One row of a table; `old` occurs once in `file`, and `new` replaces it."""
+    """One row of a table: `old` must occur exactly once in `file` and is replaced by `new`."""
 
     name: str
     file: str
@@ -35,7 +35,7 @@ class Bug:
     new: str
 
     def check(self, folder: Path) -> None:
-        """Check that the bug can be put in.
+        """Check that the bug can be inserted.
 
         Raises:
             InputError: `old` does not occur exactly once in the file.
@@ -50,7 +50,7 @@ class Bug:
             )
 
     def put_into(self, folder: Path) -> None:
-        """Put the bug into a copy of the library."""
+        """Insert the bug into a copy of the library."""
         file = folder / self.file
         text = file.read_text(encoding="utf-8")
         file.write_text(text.replace(self.old, self.new), encoding="utf-8")
@@ -64,7 +64,7 @@ def bugs(files: Iterable[Path], kind: type[_Bug]) -> list[_Bug]:
 
     Args:
         files: The tables.
-        kind: The class of a row; its fields are the required keys, and lists become tuples.
+        kind: The class of a row. Its fields are the required keys; lists become tuples.
 
     Raises:
         InputError: invalid TOML, an incomplete row, or a duplicate name.
@@ -87,7 +87,7 @@ def bugs(files: Iterable[Path], kind: type[_Bug]) -> list[_Bug]:
 
 @contextmanager
 def library_copy() -> Iterator[Path]:
-    """Yield a copy of the library, so that later changes do not disturb a long check."""
+    """Yield a copy of the library, so that changes during a long check have no effect."""
     with TemporaryDirectory() as folder:
         yield Path(shutil.copytree(_LIBRARY, Path(folder) / "lib"))
 
@@ -97,7 +97,7 @@ def broken_library(file: str, old: str, new: str) -> Iterator[Path]:
     """Yield a copy of the library in which `new` replaces `old` in one file.
 
     Raises:
-        InputError: `old` does not occur there exactly once.
+        InputError: `old` does not occur exactly once in the file.
     """
     bug = Bug(f"of {file}", file, old, new)
     with library_copy() as lib:

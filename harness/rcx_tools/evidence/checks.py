@@ -1,4 +1,4 @@
-"""The checks, in the order of the page: text, figures and inputs of each."""
+"""The checks in the order of the page, each with its text, figures and inputs."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from rcx_tools.evidence.results import ROOT
 __all__ = ["CHECKS", "Check", "Row", "Table", "digest", "library_state"]
 
 Figures = Mapping[str, Any]
-#: A label, and a function that formats its figure.
+#: A row of the page: a label, and a function that formats the figure.
 Row = tuple[str, Callable[[Figures], str]]
-#: A table of the page: a function from the figures to headings and rows.
+#: A table of the page: a function that makes headings and rows from the figures.
 Table = Callable[[Figures], tuple[list[str], list[list[str]]]]
 
 #: The library, its tables, and the code that compiles and runs it.
@@ -28,7 +28,7 @@ _BASE = (
     "harness/structured_text/projects",
     "harness/structured_text/output/units.py",
 )
-#: The modules of this package that several checks use.
+#: Modules of this package that several checks use.
 _SHARED = ("broken", "results", "running_tests")
 _KINDS = {".py", ".st", ".toml", ".lark", ".c", ".jsonl"}
 
@@ -38,14 +38,14 @@ class Check:
     """One of the checks behind `make verification`.
 
     Attributes:
-        name: As in `make NAME` and out/verification/NAME.json.
+        name: Name as in `make NAME` and out/verification/NAME.json.
         title: Title for people.
-        kind: `proved`, if every case within a stated model was checked, or `tested`.
-        about: The meaning of the figures, and their limits.
-        rows: Figures of the page.
-        inputs: Files and folders that it depends on, beyond the library and what runs it. A
-            name without its ending stands for all files that begin so.
-        tables: Further tables of the page.
+        kind: `proved` if every case of a stated model was checked, otherwise `tested`.
+        about: Meaning of the figures, and their limits.
+        rows: Figures that the page shows.
+        inputs: Files and folders that the check depends on, in addition to the library and the code
+            that runs it. A name without ending stands for all files that begin with it.
+        tables: Additional tables of the page.
     """
 
     name: str
@@ -58,12 +58,12 @@ class Check:
 
     @property
     def command(self) -> str:
-        """Return the command that runs it."""
+        """Return the command that runs the check."""
         return f"make {self.name}"
 
     @property
     def sources(self) -> tuple[str, ...]:
-        """Return all files and folders that it depends on."""
+        """Return all files and folders that the check depends on."""
         rooms = (
             "harness/structured_text",
             "harness/rcx_harness/verify",
@@ -83,7 +83,7 @@ def _files(root: Path, names: tuple[str, ...]) -> Iterator[Path]:
 
 
 def digest(names: tuple[str, ...], root: Path = ROOT) -> str:
-    """Return the state of some files and folders: 12 hexadecimal digits of names and contents."""
+    """Return a digest of some files and folders: 12 hexadecimal digits from names and contents."""
     state = hashlib.sha256()
     for file in sorted(set(_files(root, names))):
         state.update(file.relative_to(root).as_posix().encode() + b"\0")
@@ -92,12 +92,12 @@ def digest(names: tuple[str, ...], root: Path = ROOT) -> str:
 
 
 def library_state(root: Path = ROOT) -> str:
-    """Return the state of plc/lib, to mark the figures with it."""
+    """Return the digest of plc/lib. It is stored with the figures."""
     return digest(("plc/lib",), root)
 
 
 def _number(*path: str) -> Callable[[Figures], str]:
-    """Return a formatter of a figure, with separators of thousands."""
+    """Return a formatter of a figure with thousands separators."""
 
     def told(figures: Figures) -> str:
         value: Any = figures
@@ -155,7 +155,7 @@ def _survivors(figures: Figures) -> str:
     return f"{len(figures['survivors'])}, {figures['survivors_with_a_reason']} with a reason"
 
 
-#: Mutants of other parts than the library.
+#: The kinds of mutants outside the library.
 _HARNESS_KINDS = (
     ("controller", "the virtual controller"),
     ("monitors", "the monitors"),
@@ -181,7 +181,7 @@ def _seeded(figures: Figures) -> str:
 
 
 def _total(key: str) -> Callable[[Figures], str]:
-    """Return a formatter of the sum over all properties."""
+    """Return a formatter for the sum of a figure over all properties."""
     return lambda figures: f"{round(sum(item[key] for item in figures['properties'])):,}"
 
 
@@ -195,7 +195,7 @@ def _of_seeded(key: str) -> Callable[[Figures], str]:
 
 
 def _agreement(figures: Figures) -> str:
-    """Format the scans in which formulas and engines agree."""
+    """Return as text in how many scans formulas and engines agree."""
     if "agreement" not in figures:
         return "not run"
     one = figures["agreement"]
@@ -205,7 +205,10 @@ def _agreement(figures: Figures) -> str:
 
 
 def _properties(figures: Figures) -> tuple[list[str], list[list[str]]]:
-    """Return the table of the proved properties; assumptions include those of used properties."""
+    """Return the table of the proved properties.
+
+    The assumptions of a property include those of the properties that it uses.
+    """
     heads = ["Property", "What is proved", "Manual", "Assumes", "Uses", "Goals", "Solver [s]"]
     return heads, [
         [

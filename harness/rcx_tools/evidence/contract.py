@@ -1,8 +1,8 @@
 """Command `python -m rcx_tools.evidence.contract`: the contract of every block, case by case.
 
-It runs tests/contract (every block on a bench without a robot) and tests/faults (every kind of
-block on the virtual controller). It counts their cases: block x Execute pattern x answer x moment.
-Further arguments are passed to pytest; --every-case runs all cases.
+The command runs tests/contract (every block on a bench without a robot) and tests/faults (every
+kind of block on the virtual controller). It counts their cases: block x Execute pattern x answer x
+moment. Further arguments are passed to pytest. `--every-case` runs all cases.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from rcx_tools.evidence.running_tests import run_pytest
 
 __all__ = ["DEMANDED", "figures", "main"]
 
-#: The check requires more than this number of cases.
+#: The check requires more cases than this number.
 DEMANDED = 10_000
 
 _FOLDERS = ("tests/contract", "tests/faults")
 
 
 def figures(report: Path) -> dict[str, Any]:
-    """Return the figures of pytest's XML report: cases, scans, and broken blocks found."""
+    """Return figures from the XML report of pytest: cases, scans, and broken blocks found."""
     tests = list(ElementTree.parse(report).getroot().iter("testcase"))
     failed = [one for one in tests if any(one.find(tag) is not None for tag in _BAD)]
     bench = [one for one in tests if "test_every_block" in one.get("classname", "")]
@@ -62,7 +62,7 @@ _OF = (_on_the_bench, _on_the_controller)
 
 
 def _is_broken(test: ElementTree.Element) -> bool:
-    """Return whether the test shows that a deliberately broken block is found."""
+    """Return whether a test shows that the checks find a deliberately broken block."""
     return _name(test).startswith(("test_a_broken_block", "test_a_fault_in_the_library"))
 
 

@@ -14,7 +14,7 @@ from rcx_tools.evidence.results import ROOT
 
 __all__ = ["KEPT", "is_met", "verification_page"]
 
-#: The figures of the page.
+#: File with the figures of the page.
 KEPT = ROOT / "docs/explanation/verification.json"
 
 _HEAD = """\
@@ -52,12 +52,12 @@ _MORE = """\
   and the campaign compare both.
 """
 
-#: Descriptions of rules that are neither from the manual nor assumed.
+#: Labels of the sources of rules that are neither from the manual nor assumed.
 _OTHERS = {"public": "from public sources", "measured": "measured at a real controller"}
 
 
 def verification_page(kept: Path = KEPT) -> str:
-    """Return the page as Markdown; checks that have not been run are marked."""
+    """Return the page as Markdown. Checks that have not been run are marked."""
     figures: Mapping[str, Any] = {"library": "", "checks": {}}
     if kept.is_file():
         figures = json.loads(kept.read_text(encoding="utf-8"))
@@ -111,6 +111,6 @@ def _result(figures: Mapping[str, Any], check: Check) -> str:
 
 
 def is_met(figures: Mapping[str, Any], check: Check) -> bool:
-    """Return whether the check was met for the library state of the figures."""
+    """Return whether the check was met, for the same state of the library as the figures."""
     result = figures["checks"].get(check.name)
     return bool(result and result["met"] and result["library"] == figures["library"])

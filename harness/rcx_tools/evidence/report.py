@@ -1,8 +1,8 @@
-"""Command `python -m rcx_tools.evidence.report`: run or reuse every check, write the page.
+"""Command `python -m rcx_tools.evidence.report`: run or reuse every check, and write the page.
 
-A result is reused if the check was met and its sources are unchanged since it ran. The command
-writes out/verification.json (every figure), docs/explanation/verification.json (the figures of the
-page) and docs/explanation/verification.md.
+A result is reused if the check was met and its sources have not changed since. The command writes
+out/verification.json (every figure), docs/explanation/verification.json (the figures of the page)
+and docs/explanation/verification.md.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from structured_text.errors import InputError
 
 __all__ = ["is_current", "kept_figures", "main", "result_of", "stale", "stamped_run", "update"]
 
-#: The folder of the page and its figures.
+#: Folder of the page and of its figures.
 DOCS = ROOT / "docs/explanation"
 
 Run = Callable[[Check, Sequence[str]], int]
@@ -40,7 +40,7 @@ def _run(check: Check, arguments: Sequence[str]) -> int:
 
 
 def result_of(check: Check, folder: Path) -> dict[str, Any] | None:
-    """Return the last result of a check, whether or not its sources have changed."""
+    """Return the last result of a check, even if its sources have changed since, or None."""
     file = folder / f"{check.name}.json"
     if not file.is_file():
         return None
@@ -49,10 +49,10 @@ def result_of(check: Check, folder: Path) -> dict[str, Any] | None:
 
 
 def stamped_run(check: Check, arguments: Sequence[str], folder: Path, run: Run) -> int:
-    """Run a check; record the state of its sources.
+    """Run a check, and record the state of its sources.
 
-    The state is not recorded, so that the check runs again, in three cases: the sources have
-    changed meanwhile, the check has left no new result, or its arguments may have limited it to a
+    In three cases the state is not recorded, so that the check runs again: the sources have changed
+    during the run, the check has left no new result, or its arguments may have limited the run to a
     part.
     """
     stamp = folder / f"{check.name}.state"
@@ -75,7 +75,7 @@ def _written(check: Check, folder: Path) -> int:
 
 
 def is_current(check: Check, folder: Path) -> bool:
-    """Return whether there is a met result of the present sources."""
+    """Return whether there is a result for the present sources in which the check is met."""
     stamp, result = folder / f"{check.name}.state", result_of(check, folder)
     if result is None or not result["met"] or not stamp.is_file():
         return False
@@ -122,7 +122,7 @@ def _rows(check: Check, figures: dict[str, Any]) -> list[list[str]]:
 
 
 def stale(kept: Path) -> str:
-    """Return why the page needs `make verification` before a release; empty if it does not."""
+    """Return why the page needs `make verification` before a release, or an empty text."""
     if not kept.is_file():
         return "there are no figures yet"
     figures = json.loads(kept.read_text(encoding="utf-8"))
@@ -133,7 +133,7 @@ def stale(kept: Path) -> str:
 
 
 def update(folder: Path, docs: Path) -> bool:
-    """Write page and figures from the existing results; return whether all checks are met."""
+    """Write page and figures from existing results; return whether all checks are met."""
     found = {check.name: result_of(check, folder) for check in CHECKS}
     results = {name: result for name, result in found.items() if result is not None}
     for name in results:

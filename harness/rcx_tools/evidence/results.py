@@ -1,4 +1,4 @@
-"""Results of the checks: each writes its figures to out/verification/NAME.json."""
+"""Results of the checks. Each check writes its figures to out/verification/NAME.json."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from pathlib import Path
 
 __all__ = ["FOLDER", "ROOT", "write_result"]
 
-#: The repository.
+#: Root of the repository.
 ROOT = Path(__file__).resolve().parents[3]
 #: The folder of the results of the checks.
 FOLDER = ROOT / "out" / "verification"
 
 
 def write_result(name: str, figures: Mapping[str, object], *, met: bool) -> Path:
-    """Write the figures of `make NAME`; `met` is whether the check has passed."""
+    """Write the figures of `make NAME`. `met` says whether the check has passed."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     file = FOLDER / f"{name}.json"
     content = {"command": f"make {name}", "figures": dict(figures), "met": met}

@@ -1,4 +1,4 @@
-"""Run of pytest in several processes, with progress."""
+"""Run pytest in several processes and show the progress."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["run_pytest"]
 
 _PERCENT = re.compile(r"\[ *(\d+)%\]")
 _LAST_LINES = 60
-#: Steps of the progress messages without a terminal [%].
+#: Steps of the progress messages on an output that is not a terminal [%].
 _STEP = 20
 
 
@@ -29,7 +29,7 @@ def run_pytest(
     workers: str = "auto",
     environment: Mapping[str, str] | None = None,
 ) -> tuple[int, list[str]]:
-    """Run tests; return the exit code, and the last lines of pytest's output."""
+    """Run tests; return the exit code and the last lines of pytest's output."""
     command = [sys.executable, "-m", "pytest", "-q", "--color=no", "-n", workers]
     command += ["--dist", "worksteal", *arguments]
     last: deque[str] = deque(maxlen=_LAST_LINES)

@@ -22,13 +22,14 @@ from structured_text.output.toml_files import load_toml
 
 __all__ = ["LANGUAGES", "literal", "text_files", "wrapped"]
 
-#: Suffix of the keys in spec/, by language.
+#: Suffix of the keys in spec/ for each language.
 LANGUAGES = {"English": "", "Japanese": "_ja"}
 
 _WIDTH, _LINES = 80, 2
-#: Parts of a text that are not divided: ASCII without spaces, or a character with its closing mark.
+#: Parts of a text between which a line may break: ASCII without spaces, or one other character
+#: together with its closing punctuation.
 _PIECE = re.compile("[!-~]+|[^ -~][、。\N{FULLWIDTH RIGHT PARENTHESIS}]*| ")
-#: Subject of the errors of each block, and their numbers.
+#: Subject of the errors of each block, and range of the error numbers.
 _ERROR_BLOCKS = {
     "ErrorText": ("errors of states and answers", range(0x8000, 0x8021)),
     "InputErrorText": ("errors of inputs and tables", range(0x8021, 0x8058)),
@@ -89,8 +90,8 @@ def wrapped(text: str) -> list[str]:
 def literal(text: str) -> str:
     """Return a STRING literal: bytes of UTF-8, those beyond ASCII as escapes.
 
-    A digit or a letter from A to F after an escape is escaped, too: a C compiler would otherwise
-    read it as a part of the escape.
+    If a digit or a letter from A to F follows an escape, it is also escaped. A C compiler would
+    otherwise read it as a part of the escape.
     """
     made, escaped = [], False
     for byte in text.encode():
@@ -213,7 +214,7 @@ def _signal_names() -> str:
 
 
 def _cases(of: str, name: str, rows: Sequence[tuple[str, str, str]]) -> list[str]:
-    """Return a CASE that assigns each number its name, with a remark, and '' to all others."""
+    """Return a CASE that assigns a name to each number (with a comment), and '' to all others."""
     texts = [f"  {number}: {name} := {literal(text)};" for number, text, _ in rows]
     width = max(map(len, texts)) + 2
     lines = [f"{text:<{width}}(* {row[2]} *)" for text, row in zip(texts, rows, strict=True)]

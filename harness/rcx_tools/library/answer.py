@@ -10,14 +10,14 @@ from rcx_tools.library.tables import Block, Enumeration, Library, Output, When
 
 __all__ = ["answer"]
 
-#: Greatest indentation of a statement of a response.
+#: Greatest indentation of a statement that copies a response.
 _DEEPEST = 10
 
 _EMPTY = {"BOOL": "FALSE", "WORD": "WORD#16#0000", "REAL": "0.0", "STRING": "''"}
 
 
 def answer(block: Block, tables: Library) -> list[str]:
-    """Return the statements for the end of the work: outputs are cleared, then filled."""
+    """Return the statements at the end of the work: they clear the outputs and then fill them."""
     if not block.outputs:
         return []
     lines = _cleared(block, tables)
@@ -36,7 +36,7 @@ def answer(block: Block, tables: Library) -> list[str]:
 
 
 def _cleared(block: Block, tables: Library) -> list[str]:
-    """Return statements that clear the outputs to 0, or to the first member."""
+    """Return statements that clear the outputs to 0, or to the first member of an enumeration."""
     lines, loops = [], dict[int, list[str]]()
     for pin in block.outputs:
         array = tables.arrays.get(pin.type)
@@ -68,7 +68,7 @@ def _shared_loop(block: Block, tables: Library, pins: Sequence[Output]) -> list[
 def _holds(block: Block, when: When) -> str:
     """Return the condition that a field has a value.
 
-    It is a field of the response, or else of the request that was sent.
+    The field is in the response or, if the response does not have it, in the request that was sent.
     """
     name, low, high = when
     if name in block.responses:
@@ -140,7 +140,7 @@ def _scalar(
 
 
 def _double_word(before: str, low: str, high: str, behind: str) -> list[str]:
-    """Return a statement with the 32-bit number in two words of the response."""
+    """Return a statement that contains the 32-bit number in two words of the response."""
     call = f"{before}FC_RcxDoubleWord("
     rest = f"HighWord := Robot.Response[{high}]){behind}"
     room = len(call) if len(call) + len(rest) + _DEEPEST <= WIDTH else 4
@@ -148,6 +148,9 @@ def _double_word(before: str, low: str, high: str, behind: str) -> list[str]:
 
 
 def _members(enumeration: Enumeration, name: str, number: str) -> list[str]:
-    """Return a CASE for the member of a number; the first member is already assigned."""
+    """Return a CASE that assigns the member for a number.
+
+    The first member is assigned before the CASE.
+    """
     rows = [(f"{one.value}", f"{name} := {one.name};") for one in enumeration.members[1:]]
     return case(number, rows)

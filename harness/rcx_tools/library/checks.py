@@ -1,4 +1,4 @@
-"""Generator of a block's input checks: values the telegram cannot carry or the manual forbids."""
+"""Generator of a block's input checks: values that do not fit a telegram, or forbidden ones."""
 
 from __future__ import annotations
 
@@ -18,11 +18,12 @@ Limits = tuple[int, ...]
 
 _ROBOT, _VALUE, _TEXT, _REAL = "16#8040", "16#8045", "16#8046", "16#8047"
 
-#: Up to here every 0.001 mm has its own REAL, and the product returns it exactly. From 8192 mm on
-#: the steps of a REAL are so wide that a telegram may be 0.001 mm off.
+#: Limit up to which every multiple of 0.001 mm has its own REAL, and the product returns the
+#: multiple exactly. From 8192 mm on the steps of a REAL are so wide that a telegram may be wrong by
+#: 0.001 mm.
 _EXACT = 8_191_999
 _PRINTABLE = (0x20, 0x7E)
-#: The largest REAL with all digits: some PLCs compare a REAL with the exact number.
+#: Largest REAL, written with all digits, because some PLCs compare a REAL with the exact number.
 _LARGEST = "3.4028234663852886E38"
 _TYPES = {"INT": (-(2**15), 2**15 - 1), "UINT": (0, 2**16 - 1), "DINT": (-(2**31), 2**31 - 1)}
 
@@ -30,7 +31,7 @@ _TYPES = {"INT": (-(2**15), 2**15 - 1), "UINT": (0, 2**16 - 1), "DINT": (-(2**31
 def checks(block: Block, tables: Library, sent: Sequence[str]) -> list[str]:
     """Return the statements that give the job the error of the first wrong pin.
 
-    Checks of arrays are loops after the others. They need a variable of their own: Refused.
+    Checks of arrays are loops after the others. They need an additional variable, Refused.
 
     Args:
         block: The block.
@@ -38,8 +39,8 @@ def checks(block: Block, tables: Library, sent: Sequence[str]) -> list[str]:
         sent: Statements to execute if no pin is wrong.
     """
     # Scalars become one IF with ELSIF branches, in the order of the pins: the first wrong pin
-    # decides the ErrorID. Array elements need loops, which cannot be branches. The loops run after
-    # the IF and only look for an error if there is none yet.
+    # determines the ErrorID. Array elements need loops, which cannot be branches. The loops run
+    # after the IF, and only if there is no error yet.
     chain: list[tuple[str, str]] = []
     loops: list[str] = []
     if block.commands[0].robot:
@@ -72,7 +73,7 @@ def checks(block: Block, tables: Library, sent: Sequence[str]) -> list[str]:
 def selector_groups(
     pin: Input, part: Field
 ) -> list[tuple[tuple[int, ...], tuple[int, ...], float]]:
-    """Return the values of the selector field, grouped by (limits, scale).
+    """Return the values of the selector field in groups with equal limits and equal scale.
 
     Each group is (values, limits, scale).
     """
@@ -91,7 +92,7 @@ def decimal(value: int) -> int:
 def _wrong(
     conditions: Conditions, tables: Library, block: Block, pin: Input, kind: str, name: str
 ) -> Iterator[tuple[str, str, str]]:
-    """Yield (guard, condition of the error, ErrorID) for one pin."""
+    """Yield (guard, condition of the error, ErrorID) of each check for one pin."""
     if not pin.to or len(pin.to) > 1:
         return
     part = block.requests[pin.to[0]]
@@ -122,7 +123,7 @@ def _wrong(
 def _limits(
     conditions: Conditions, pin: Input, part: Field
 ) -> Iterator[tuple[str, tuple[int, ...], float]]:
-    """Yield (guard, limits or none, scale) of the field behind a pin."""
+    """Yield (guard, limits or empty, scale) of the field that a pin fills."""
     counts = conditions.counts(pin)
     if pin.range:
         yield counts, pin.range, pin.scale
@@ -140,7 +141,7 @@ def _limits(
 def _outside(
     pin: Input, kind: str, name: str, part: Field, limits: tuple[int, ...], scale: float
 ) -> str:
-    """Return the condition that the pin is outside of the limits, or of the field's range."""
+    """Return the condition that the pin is outside of the limits or of the field's range."""
     if kind == "BOOL":
         return ""
     if kind == "WORD":
@@ -171,7 +172,9 @@ def _outside(
 
 
 def _limit(value: int, outward: int, scale: float) -> str:
-    """Return a limit of a REAL, widened by a tenth of a step if its REAL is beyond the limit.
+    """Return a limit of a REAL as text.
+
+    If the REAL is beyond the exact limit, the limit is widened by a tenth of a step.
 
     For example the REAL 0.01 is a little less than 0.01, and some PLCs compare it with the exact
     number.
@@ -182,7 +185,7 @@ def _limit(value: int, outward: int, scale: float) -> str:
 
 
 def _beyond(name: str, low: str, high: str) -> str:
-    """Return the condition that a REAL is not from `low` to `high`; it holds for NaN, too.
+    """Return the condition that a REAL is not from `low` to `high`; it also holds for NaN.
 
     The comparison is a call of FC_RcxOutside, because that also detects NaN.
     """
@@ -190,7 +193,7 @@ def _beyond(name: str, low: str, high: str) -> str:
 
 
 def _pairs(pin: Input, part: Field, limits: Sequence[int]) -> list[Pair]:
-    """Return the legal intervals of a pin with a whole number."""
+    """Return the legal intervals of a pin that is a whole number."""
     if pin.encoding == "bit" and not pin.range:
         lowest, highest = (limits[0], limits[-1]) if limits else (0, part.mask >> part.bits[0])
         return [(1 if lowest else 0, highest.bit_length())]
@@ -217,7 +220,10 @@ def _runs(values: Sequence[int]) -> list[Pair]:
 
 
 def _products(block: Block) -> Iterator[str]:
-    """Yield conditions for a product above its limit, factor by factor to avoid overflow."""
+    """Yield the conditions that a product exceeds its limit.
+
+    The product is checked factor by factor to avoid an overflow.
+    """
     limits = block.commands[0].product
     if limits is None:
         return

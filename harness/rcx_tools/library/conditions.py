@@ -1,4 +1,4 @@
-"""Conditions on fields, expressed by the pins that fill them."""
+"""Conditions on fields of a telegram, expressed by the pins that fill the fields."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ _ZERO = {"WORD": "WORD#16#0000", "REAL": "0.0"}
 
 
 def both(*conditions: str) -> str:
-    """Return the conjunction of conditions; an empty condition always holds."""
+    """Return the conjunction of conditions as text. An empty text means "always true"."""
     given = [one for one in conditions if one]
     return " AND ".join(f"({one})" if " OR " in one and len(given) > 1 else one for one in given)
 
 
 def either(*conditions: str) -> str:
-    """Return the disjunction of conditions; an empty condition always holds."""
+    """Return the disjunction of conditions as text. An empty text means "always true"."""
     if not all(conditions):
         return ""
     wrapped = (f"({one})" if " AND " in one and len(conditions) > 1 else one for one in conditions)
@@ -35,19 +35,19 @@ class Conditions:
         self._enumerations = enumerations
 
     def counts(self, pin: Input) -> str:
-        """Return the condition under which a pin is used at all."""
+        """Return the condition under which a pin is used."""
         given = f"{pin.pin} <> {_ZERO.get(pin.type, '0')}" if pin.flag else ""
         return both(self.holds(*pin.when) if pin.when else "", given)
 
     def matters(self, pin: Input, part: Field) -> str:
-        """Return the condition under which a pin is used, and its field has an effect."""
+        """Return the condition under which a pin is used and its field has an effect."""
         condition = self.counts(pin)
         if not part.by or part.by == pin.flag or (pin.when and pin.when[0] == part.by):
             return condition
         return both(self.among(part.by, tuple(part.ranges)), condition)
 
     def among(self, name: str, values: tuple[int, ...]) -> str:
-        """Return the condition that a field has one of these values; empty if it always does."""
+        """Return the condition that a field has one of these values; empty if it always has."""
         pin = self._filler(name)
         if pin and pin.type in self._enumerations and len(pin.to) == 1:
             return self._member(pin, set(values))
@@ -87,7 +87,7 @@ class Conditions:
     def _member(self, pin: Input, values: set[int]) -> str:
         """Return the condition that the pin is a member with one of these values.
 
-        The shorter form is chosen: the members inside, or those outside.
+        The shorter form is chosen: a list of these members, or a list of all others.
         """
         members = self._enumerations[pin.type].members
         inside = [one.name for one in members if one.value in values]

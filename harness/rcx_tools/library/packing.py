@@ -10,12 +10,12 @@ from rcx_tools.library.tables import Block, Input, Library
 
 __all__ = ["packing"]
 
-#: At least this number of words is cleared by a loop.
+#: From this number of words on, a loop clears the words.
 _MANY = 5
 
 
 def packing(block: Block, tables: Library) -> list[str]:
-    """Return the statements that fill Data; uncovered words and zero fields stay 0."""
+    """Return the statements that fill Data. Words and fields without a pin stay 0."""
     conditions = Conditions(block, tables.enumerations)
     steps: list[tuple[str, list[str]]] = []
     for pin in block.inputs:
@@ -29,8 +29,8 @@ def packing(block: Block, tables: Library) -> list[str]:
 
 
 def _clear(block: Block, body: list[str]) -> list[str]:
-    """Return the statements for the words before the pins are packed: 0, or fixed values."""
-    # A word needs no clearing if an unconditional statement assigns it. Such a statement is not
+    """Return the statements that prepare the words for the pins: 0 or fixed values."""
+    # A word needs no preparation if an unconditional statement assigns it. Such a statement is not
     # indented, and it does not contain OR, which would read the word. All other used words are
     # cleared first, in a loop if there are many.
     text = "\n".join(body)
@@ -116,7 +116,7 @@ def _store(conditions: Conditions, tables: Library, pin: Input, part: Field) -> 
 
 
 def _scalar(kind: str, name: str, pin: Input, part: Field, scale: float) -> list[str]:
-    """Return the statements that put one number into a field, or into element k of it."""
+    """Return the statements that write a number into a field, or into element k of the field."""
     k = part.at // 2
     if kind == "BOOL":
         return guarded(name, [_or(part, 1)])
@@ -148,12 +148,12 @@ def _scalar(kind: str, name: str, pin: Input, part: Field, scale: float) -> list
 
 
 def _scaled(name: str, scale: float) -> str:
-    """Return a REAL in the unit of its field."""
+    """Return an expression for a REAL in the unit of its field."""
     return f"REAL_TO_DINT({name})" if scale == 1 else f"REAL_TO_DINT({name} * {real(scale)})"
 
 
 def _long(kind: str, name: str, pin: Input, part: Field, scale: float) -> list[str]:
-    """Return the statements that put one number into two words, the lower one first."""
+    """Return the statements that write a number into two words, the low word first."""
     if pin.encoding == "real":
         value = f"DWORD_TO_DINT(FC_RcxRealBits(Value := {name}))"
     elif kind == "REAL":

@@ -1,4 +1,4 @@
-"""Generator of files in plc/lib: each command block, and the types of their pins."""
+"""Generator of files in plc/lib: each command block, and the types of its pins."""
 
 from __future__ import annotations
 
@@ -19,10 +19,11 @@ __all__ = ["files"]
 _FROM = "Generated from spec/blocks.toml and spec/remote_commands.toml by `make docs`."
 _TESTS = "tests/command/test_command_blocks.py"
 
-#: Widest type that still shares the column of the comments.
+#: Longest type whose line still shares the column of comments.
 _KIND = 24
 
-#: While Execute is TRUE, one of the others is TRUE as well, so no edge is missed.
+#: While Execute is TRUE, Busy, Done or Error is TRUE as well. This early return therefore never
+#: skips a call that has to detect the falling edge.
 _IDLE = ["IF NOT (Execute OR Busy OR Done OR Error) THEN", "  RETURN;", "END_IF;"]
 
 _SHOWN = [
@@ -38,7 +39,7 @@ _SHOWN = [
     "                                 Response := Robot.Response[2]);",
 ]
 
-#: Name, type with default, comment.
+#: A declaration: name, type with default, comment.
 _Row = tuple[str, str, str]
 
 
@@ -128,7 +129,10 @@ def _block(block: Block, tables: Library) -> str:
 
 
 def _code(block: Block, tables: Library) -> list[str]:
-    """Return the statements for the code with robot number, which the job shows during its turn."""
+    """Return the statements for the code.
+
+    The code contains the robot number. The job shows it while it has the turn.
+    """
     robot = " OR SHL(INT_TO_WORD(RobotNumber), 12)" if block.commands[0].robot else ""
     if block.select is None:
         return [f"Job.Holder := {word(block.commands[0].code)}{robot};"]
@@ -187,7 +191,7 @@ def _declared(rows: Sequence[_Row]) -> list[str]:
         text = f"    {name:<{width}} : {kind};"
         if comment:
             remark = f"(* {comment} *)"
-            begin = min(column, WIDTH - len(remark))  # a long comment begins further left
+            begin = min(column, WIDTH - len(remark))  # long comments begin further left
             text = f"{text:<{begin - 2}}  {remark}"
         lines.append(text)
     return lines

@@ -1,6 +1,6 @@
 """Generator of the lines in plc/lib that split or join a word of dedicated bits.
 
-They are between two comments in otherwise handwritten blocks.
+The lines are between two comments in blocks that are otherwise handwritten.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def signal_files() -> dict[str, Callable[[], str]]:
 
 
 def _place(signal: Signal) -> int:
-    """Return the number of the bit in the word of bytes 32 (lower) and 33."""
+    """Return the number of the bit in the word that consists of bytes 32 (low) and 33 (high)."""
     return 8 * (signal.byte - 32) + signal.bit
 
 
@@ -56,7 +56,7 @@ def _together(side: str, target: str, signals: Iterable[Signal]) -> Iterator[str
 
 
 def _written(path: str, lines: Iterable[str]) -> str:
-    """Return the file with these lines between its comments.
+    """Return the text of a file with these lines between the two comments.
 
     Raises:
         InputError: the comments are missing, repeated or not in this order.

@@ -1,4 +1,4 @@
-"""Helpers to write Structured Text as lines."""
+"""Helpers that write Structured Text as a list of lines."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def _errors() -> dict[str, str]:
 
 
 def named(line: str) -> str:
-    """Return a line with the names of its ErrorIDs as a comment."""
+    """Return a line with a comment that contains the names of its ErrorIDs."""
     found = [_errors()[one] for one in _ERROR.findall(line) if one in _errors()]
     return f"{line} (* {', '.join(found)} *)" if found else line
 
@@ -44,11 +44,11 @@ def indent(lines: Iterable[str], by: int = 1) -> list[str]:
 
 
 def statement(text: str, at: int = 0) -> list[str]:
-    """Return a statement in lines, broken before AND and OR, else after commas.
+    """Return a statement as lines, broken before AND and OR, otherwise after commas.
 
     Args:
-        text: The statement in one line.
-        at: Its later indentation, in steps of two.
+        text: The statement as one line.
+        at: Indentation that will be added later, in steps of two spaces.
     """
     room = WIDTH - 2 * at
     lines = [""]
@@ -63,7 +63,7 @@ def statement(text: str, at: int = 0) -> list[str]:
 
 
 def guarded(condition: str, lines: Sequence[str], at: int = 0) -> list[str]:
-    """Return IF condition THEN lines; only the lines if the condition is empty."""
+    """Return the lines inside of IF condition THEN, or only the lines if the condition is empty."""
     if not condition:
         return list(lines)
     return [*statement(f"IF {condition} THEN", at), *indent(lines), "END_IF;"]
@@ -78,9 +78,9 @@ def case(selector: str, branches: Sequence[tuple[str, str]], comment: str = "") 
     """Return a CASE with one statement in each branch; an IF for a single branch.
 
     Args:
-        selector: The compared expression.
-        branches: (label, statement) of each branch.
-        comment: A remark about values without a label.
+        selector: The expression that is compared.
+        branches: Label and statement of each branch.
+        comment: Comment about values without a branch.
     """
     if not branches:
         return []

@@ -25,7 +25,7 @@ __all__ = [
     "library",
 ]
 
-#: The guide's categories of remote commands: folder of their blocks, and title.
+#: The guide's categories of remote commands: folder of the blocks, and title.
 CATEGORIES = {
     1: ("movement", "movement"),
     2: ("definition", "definition and reference"),
@@ -37,13 +37,13 @@ CATEGORIES = {
     8: ("realtime", "real time output"),
 }
 
-#: A field, and the lowest and highest value for which a pin is used.
+#: A field with the lowest and highest value for which a pin is used.
 When = tuple[str, int, int]
 
 
 @dataclass(frozen=True)
 class Member:
-    """A member of an enumeration; `value` is its value on the wire."""
+    """A member of an enumeration. `value` is its value in the telegram."""
 
     name: str
     value: int
@@ -73,7 +73,7 @@ class Array:
 
 @dataclass(frozen=True)
 class Input:
-    """An input pin; see the head of blocks.toml for its keys."""
+    """An input pin; the head of blocks.toml explains the keys."""
 
     pin: str
     type: str
@@ -92,7 +92,7 @@ class Input:
 
 @dataclass(frozen=True)
 class Output:
-    """An output pin; see the head of blocks.toml for its keys."""
+    """An output pin; the head of blocks.toml explains the keys."""
 
     pin: str
     type: str
@@ -105,11 +105,12 @@ class Output:
 
 @dataclass(frozen=True)
 class Block:
-    """A command block. With several commands, member k of the type of `select` chooses the k-th.
+    """A command block.
 
-    Another block of the same command handles some parts. `zero`: fields of the request that
-    stay 0. `only`: the values of a field that it sends. `echo`: fields of the response that are not
-    shown, because they repeat the request.
+    If it has several commands, member k of the type of pin `select` chooses command k. `zero`:
+    fields of the request that stay 0, because another block of the same command uses them. `only`:
+    the values of a field that the block sends. `echo`: fields of the response that are not shown
+    because they repeat the request.
     """
 
     name: str
@@ -128,15 +129,18 @@ class Block:
 
     @property
     def file(self) -> str:
-        """Return the path of the block in the repository: in the folder of its category."""
+        """Return the path of the block in the repository.
+
+        The folder is that of the block's category.
+        """
         folder, _ = CATEGORIES[self.commands[0].category]
         return f"plc/lib/command/{folder}/{self.name}.st"
 
     @property
     def requests(self) -> Mapping[str, Field]:
-        """Return request fields by name, with the values that the block sends.
+        """Return the request fields by name, limited to the values that the block sends.
 
-        All its commands have the same fields.
+        All commands of a block have the same fields.
         """
         every = {part.name: part for part in self.commands[0].request}
         for name, sent in self.only.items():
@@ -163,7 +167,7 @@ def library() -> Library:
     """Return the tables, read and checked.
 
     Raises:
-        InputError: an unknown name, or a field that no pin fills.
+        InputError: a name is unknown, or no pin fills a field.
     """
     path = spec.folder() / "blocks.toml"
     tables = load_toml(path)
@@ -265,5 +269,5 @@ def _check(block: Block) -> None:
         raise InputError(f"no pin for {', '.join(sorted(missing))}")
 
 
-#: Fields without a meaning: m+6 bit 0 of 0x506 (guide 4.7.4).
+#: Fields without a meaning: bit 0 of m+6 in the response to 0x506 (guide 4.7.4).
 _NOT_SHOWN = {"flag_bit0"}

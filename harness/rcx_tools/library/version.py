@@ -1,4 +1,4 @@
-"""Generator of FC_LibraryVersion: the version of pyproject.toml as a number, for programs."""
+"""Generator of FC_LibraryVersion, which returns the version of pyproject.toml as a number."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def version_number(text: str) -> tuple[int, ...]:
     """Return major, minor and patch of a version.
 
     Raises:
-        InputError: it does not have these three numbers below 100.
+        InputError: the version does not consist of three numbers below 100.
     """
     parts = [int(one) for one in re.findall(r"\d+", text)]
     if text != ".".join(map(str, parts)) or len(parts) != _PARTS or max(parts) >= _BELOW:

@@ -1,1 +1,1 @@
-"""Generator of `make site`: the documentation as web pages, with the playground."""
+"""Generator of `make site`: the documentation as web pages, including the playground."""

@@ -19,7 +19,7 @@ from structured_text.errors import InputError
 _HERE = Path(__file__).resolve().parent
 _WORK = ROOT / "out/site-work"
 _SITE = ROOT / "out/site"
-#: The files of the npm package that a browser loads.
+#: Files of the npm package that a browser must load.
 _PYTHON = (
     "pyodide.mjs",
     "pyodide.asm.mjs",
@@ -53,7 +53,7 @@ def main() -> int:
 
 
 def _documentation() -> None:
-    """Build the pages with zensical."""
+    """Build the pages with Zensical."""
     work = _WORK / "pages"
     shutil.rmtree(work, ignore_errors=True)
     for path, content in staged():
@@ -95,7 +95,7 @@ def _playground(place: Path) -> None:
 
 
 def _write_bytes(place: Path) -> None:
-    """Write the number of bytes that the worker fetches into it, for its progress."""
+    """Write the number of bytes that the worker fetches into the worker, for its progress bar."""
     files = [place / "python" / name for name in _PYTHON if not name.endswith(".mjs")]
     size = sum(file.stat().st_size for file in (*files, place / "harness.zip"))
     worker = place / "worker.js"

@@ -1,4 +1,4 @@
-"""Bundle for the playground's Python: the unchanged harness, lark, the library, the tables."""
+"""Bundle for the playground's Python: the unchanged harness, lark, the library, and the tables."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ __all__ = ["bake", "bundle"]
 
 ROOT = Path(__file__).resolve().parents[3]
 _HERE = Path(__file__).resolve().parent
-#: The rooms that a cell needs; they do not import any other room.
+#: Rooms (top-level folders) that a cell needs. They do not import any other room.
 _ROOMS = {
     "rcx_harness": ("cell", "robot", "spec", "trace", "watch"),
     "structured_text": ("bench", "engines", "language", "output", "projects"),
 }
-#: Parts of lark that the harness does not import.
+#: Modules of lark that the harness does not import.
 _LEFT_OUT = ("__pyinstaller", "tools")
 _DATA = (".lark", ".py", ".st", ".toml", ".html", ".css", ".js")
 _FIRST_DAY = (1980, 1, 1, 0, 0, 0)
 
 
 def bundle() -> bytes:
-    """Return the packed files; the same files give the same bytes."""
+    """Return the packed files as bytes; equal files give equal bytes."""
     packed = io.BytesIO()
     with ZipFile(packed, "w", ZIP_DEFLATED, compresslevel=9) as archive:
         for name, content in sorted(_files()):
@@ -58,12 +58,12 @@ def bake(archive: Path, pyodide: Path, job: Path) -> None:
     """Compile the modules of a bundle for the Python of the playground, and try a job there.
 
     Args:
-        archive: The bundle, which is written again.
+        archive: The bundle. It is overwritten.
         pyodide: Folder of Pyodide.
-        job: A job of `drive.Runner`; its program is compiled, too.
+        job: A job of `drive.Runner`. Its program is compiled as well.
 
     Raises:
-        InputError: it does not work.
+        InputError: the compilation or the job fails.
     """
     command: list[str | Path] = ["node", _HERE / "bake.mjs", pyodide, archive, job]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -11,16 +11,16 @@ from urllib.parse import unquote, urldefrag
 
 __all__ = ["problems"]
 
-#: Elements that load their target; a link (`a`) does not.
+#: Elements that load their target. A link (`a`) does not load it.
 _LOADING = {"audio", "embed", "iframe", "img", "link", "object", "script", "source", "video"}
-#: Links of the head that load nothing.
+#: Values of `rel` in the head of a page that load nothing.
 _IDLE = {"canonical", "next", "prev", "alternate"}
 _FOREIGN = re.compile(r"(?:https?:)?//", re.IGNORECASE)
 _OF_STYLE = re.compile(r"@import|url\(\s*['\"]?(?:https?:)?//", re.IGNORECASE)
 
 
 class _Page(HTMLParser):
-    """The names in a page, and its links."""
+    """The anchors in a page, and its links."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -74,7 +74,7 @@ def _of(site: Path, page: Path) -> Iterator[str]:
 
 
 def _is_place(anchor: str, page: Path) -> bool:
-    """Return whether an anchor is a place in a page and not an argument of the playground."""
+    """Return whether an anchor is a position in a page, and not an argument of the playground."""
     return bool(anchor) and page.suffix == ".html" and "=" not in anchor
 
 

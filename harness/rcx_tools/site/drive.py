@@ -1,7 +1,7 @@
-"""A run of the playground: the texts of a job become a cell, and its run becomes a page.
+"""A run of the playground: a cell is built from the texts of a job, and its run becomes a page.
 
-The worker of the page calls `run` in the browser. Of this repository the
-module imports only the harness.
+The worker of the page calls `run` in the browser. The module imports only the harness, and nothing
+else of this repository.
 """
 
 from __future__ import annotations
@@ -21,24 +21,25 @@ from structured_text.output.units import format_us, parse_us
 
 __all__ = ["STIMULUS", "Runner"]
 
-#: Name of the stimulus in a message; its line n is the n-th moment.
+#: File name of the stimulus in messages. Line n is moment n.
 STIMULUS = "stimulus"
 _TOML_PLACE = re.compile(r"\(at line (\d+)")
 _SLICES = 50
 _KEEP = 400_000
 _MOST_RULES = 20
-#: Watched variables, with the pins of blocks; empty if the program is not Main.
+#: Lists of variables to watch, in the order in which they are tried. The last list is empty, for a
+#: program that is not named Main.
 _WATCH = (("Main.*", "Main.*.*"), ("Main.*",), ())
 _POSITIONS = "mm"
-#: Suffix of robot programs, which a robot file names.
+#: Suffix of robot programs that a robot file refers to.
 _OF_ROBOTS = ".PGM"
 
 
 class Runner:
-    """Runs jobs in sequence, and returns the trace of the last run.
+    """Runs jobs one after the other, and returns the trace of the last run.
 
     Args:
-        folder: Folder for the files of a job; its old contents are deleted.
+        folder: Folder for the files of a job. Its old content is deleted.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -53,7 +54,7 @@ class Runner:
                 texts of robot files; `stimulus`, a list of [time in us, the other keys of the
                 moment as TOML]; `scan`, `rpi` and `for`, times as users write them; `size`, `m`
                 and `n` as at `Cell.build`, null for their defaults.
-            tell: Called with the completed share of the run.
+            tell: Function that is called with the completed fraction of the run.
 
         Returns:
             JSON: `page`, HTML; `told`, one line; `broken`, lines of broken rules. Or `error` with
@@ -102,7 +103,7 @@ class Runner:
         return programs, robots
 
     def _moments(self, moments: Iterable[tuple[int, str]]) -> Path:
-        """Write the stimulus to a file in which line n is the n-th moment; return its path."""
+        """Write the stimulus to a file whose line n is moment n; return the path of the file."""
         file = self._folder / STIMULUS
         lines = [f'{{ time = "{t_us}us", {rest} }},' for t_us, rest in moments]
         file.write_text("at = [" + "\n".join([*lines, "]"]) + "\n", encoding="utf-8")
@@ -122,7 +123,7 @@ class Runner:
 
 
 def _built(programs: Sequence[Path], given: Mapping[str, Any]) -> Cell:
-    """Return a cell that watches as many variables as exist."""
+    """Return a cell that watches the first list of `_WATCH` whose variables exist."""
     *more, least = _WATCH
     for watch in more:
         try:

@@ -1,4 +1,4 @@
-"""Sources of the site: the pages of the repository, with all files that they link to."""
+"""Sources of the site: the pages of the repository, and all files that they link to."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from rcx_tools.site.programs import ROOT, block_jobs
 
 __all__ = ["START", "staged"]
 
-#: Pages for the start of a reader; all linked files are included.
+#: Pages with which readers begin. All linked files are included as well.
 START = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")
 _LINK = re.compile(r"(\]\()([^()\s#:]+)((?:#[^()\s]*)?\))")
-#: A chart that stands alone in its line.
+#: A chart that is alone in its line.
 _CHART = re.compile(r"^(!\[[^\]]*\]\(([^)\s]+\.svg)\))$", re.MULTILINE)
 _FENCE = re.compile(r"(^```.*?^```$)", re.MULTILINE | re.DOTALL)
 _ASSETS = (".csv", ".html", ".json", ".png", ".svg")
 _LANGUAGES = {".css": "css", ".js": "js", ".py": "python", ".toml": "toml"}
-#: Heading of a block's page before which its playground is inserted.
+#: Heading on the page of a block. The playground is inserted before it.
 _BEFORE = "\n### Timing\n"
 _TRY = """
 <details class="try"><summary>Run it here, and change it</summary>
@@ -32,8 +32,8 @@ _TRY = """
 def staged() -> Iterator[tuple[str, bytes]]:
     """Yield every file of the site's sources: its path in the repository, and its content.
 
-    Linked source files become pages, too: `FB_X.st` becomes the page `FB_X.st.md`. Folders become
-    lists.
+    A linked source file also becomes a page: `FB_X.st` becomes `FB_X.st.md`. A linked folder
+    becomes a list of its files.
     """
     every = sorted((ROOT / "docs").rglob("*.md"))
     waiting = deque([*START, *(file.relative_to(ROOT).as_posix() for file in every)])
@@ -52,7 +52,7 @@ def staged() -> Iterator[tuple[str, bytes]]:
 
 
 def _place(path: str) -> str:
-    """Return the path of the page of a file or folder among the sources of the site."""
+    """Return the path of the page for a file or folder, in the sources of the site."""
     file = ROOT / path
     if path == "README.md":
         return "index.md"
@@ -70,7 +70,7 @@ def _page(path: str, links: list[str]) -> str:
         return _source(path, text)
     parts = _FENCE.split(text)
     parts[::2] = [_LINK.sub(lambda found: _linked(path, found, links), part) for part in parts[::2]]
-    # A click on a chart opens it in its own size.
+    # A click on a chart opens the chart in full size.
     parts[::2] = [_CHART.sub(r"[\1](\2)", part) for part in parts[::2]]
     return _with_playground(path, "".join(parts))
 

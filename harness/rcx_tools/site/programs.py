@@ -1,4 +1,4 @@
-"""Programs of the playground: every example, and the example of every block's page."""
+"""Programs of the playground: every example of plc/examples, and the example of each block."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from structured_text.output.units import parse_us
 
 __all__ = ["FIRST", "ROOT", "bake_job", "block_jobs", "example_jobs", "programs_json"]
 
-#: The first program of the playground; play.js contains the name, too.
+#: First program of the playground. play.js also contains the name.
 FIRST = "04_scara"
-#: Scan time if a configuration does not set one [us].
+#: Scan time for a configuration without a scan time [us].
 _SCAN_US = 10_000
-#: Run time of a block's example after its last event [us].
+#: Run time after the last event in a block's example [us].
 _BLOCK_US = 1_000_000
 _TICK = re.compile(r"INTERVAL\s*:=\s*T(?:IME)?#(\w+)", re.IGNORECASE)
 _SCARA, _SCARA_US = ROOT / "plc/examples/04_pick_and_place/scara.toml", 4_000_000
@@ -28,14 +28,14 @@ _ROBOT = ROOT / "docs/reference/blocks/programs/robot.toml"
 
 
 def bake_job() -> str:
-    """Return the first job of the playground, as its page requests it."""
+    """Return the first job of the playground in the form in which its page requests it."""
     job = example_jobs()[FIRST]
     times = {key: f"{job[key]}us" for key in ("scan", "for")}
     return json.dumps({**job, **times, "rpi": "10000us", "name": job["title"]})
 
 
 def programs_json() -> str:
-    """Return all programs as JSON: jobs for `drive.Runner`, times in microseconds."""
+    """Return all programs as JSON: jobs for `drive.Runner`, with times in microseconds."""
     every = {"examples": example_jobs(), "blocks": block_jobs()}
     return json.dumps(every, ensure_ascii=False, separators=(",", ":"))
 
@@ -51,12 +51,12 @@ def example_jobs() -> dict[str, dict[str, Any]]:
 def block_jobs() -> dict[str, dict[str, Any]]:
     """Return the examples of the blocks' pages, by the name of the block.
 
-    Those whose robot has programs in files are left out.
+    Examples with robot programs in files are left out.
     """
     found = {}
     for name, snippet in snippets().items():
         if snippet.robot != _ROBOT.name:
-            continue  # it is a folder with several files
+            continue  # the example consists of several files
         moments = _moments(Stimulus.load(snippet.stimulus_path).entries)
         last = max([START_US, *(t_us for t_us, _ in moments)])
         found[name] = {
@@ -91,7 +91,7 @@ def _example(one: Example) -> dict[str, Any]:
 
 
 def _moments(entries: Iterable[Entry]) -> list[tuple[int, str]]:
-    """Return (time, keys without the time) of each entry."""
+    """Return the entries as (time, the other keys as TOML)."""
     found = []
     for entry in sorted(entries, key=lambda one: one.t_us):
         rest = re.sub(r'^\{ time = "\w+"(?:, )?', "", entry_text(entry)).removesuffix(" }")

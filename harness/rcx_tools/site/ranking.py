@@ -1,8 +1,8 @@
-"""The search of the site: the blocks that a user calls come first, internal blocks last.
+"""The search of the site: blocks for users come first, internal blocks last.
 
-Zensical ranks a page by the field that matches (title, path, text), then by the place of the
-match. Pages that are equal keep the order of the index. This module writes the index in an order
-that suits our readers, and lets the search put internal blocks behind everything else.
+Zensical ranks a page by the field that matches (title, path, text), and then by the position of the
+match. Pages with equal rank keep the order of the index. This module writes the index in an order
+that is useful for our readers, and changes the search so that internal blocks are last.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from structured_text.errors import InputError
 __all__ = ["rank", "ranked"]
 
 _BLOCKS = "docs/reference/blocks/"
-#: Order of pages that match equally well: the first matching prefix of the path counts.
+#: Order of pages with equal rank. The first prefix that the path matches determines the position.
 _ORDER = (
     "docs/reference/errors",
     "docs/reference/signals",
@@ -30,14 +30,14 @@ _ORDER = (
     "docs/explanation/",
     "",
 )
-#: FB_ and FC_ separate words, too: FB_MovePtp matches MovePtp from its first letter on.
+#: FB_ and FC_ also separate words, so that "MovePtp" matches FB_MovePtp from its first letter on.
 _PREFIX = r"\bF[BC]_"
 _SORT = "l.items.sort(ht(...s))"
 _SORT_INTERNAL_LAST = "l.items.sort(ht((o,u)=>(o.id>={0})-(u.id>={0}),...s))"
 
 
 def rank(site: Path) -> None:
-    """Rewrite the search index of a site, and its search.
+    """Rewrite the search index of a site, and the code of its search.
 
     Raises:
         InputError: the search differs from the version that this module supports.
@@ -60,13 +60,14 @@ def ranked(
 
     Args:
         index: The index that zensical has written: `config` and `items`.
-        tasks: The blocks for each task; the task becomes part of the path of a block.
+        tasks: The blocks for each task. The path of a block, which the search shows, then contains
+            the task.
     """
     named = {item["title"]: item for item in index["items"] if "#" in item["location"]}
     kept = [
         _placed(item, tasks)
         for item in index["items"]
-        # If the heading of a page has its own item, a search would find the page twice.
+        # If the heading of a page had its own item, the search would find the page twice.
         if "#" in item["location"] or item["text"] or item["title"] not in named
     ]
     kept.sort(key=lambda item: _tier(item["location"]))
@@ -76,7 +77,7 @@ def ranked(
 
 
 def _block(location: str) -> str:
-    """Return the name of the block whose page this is; empty for other pages."""
+    """Return the name of the block that a page describes; empty for other pages."""
     found = re.match(rf"{_BLOCKS}(FB_\w+)\.html", location)
     return found[1] if found else ""
 
@@ -88,7 +89,7 @@ def _is_internal(location: str) -> bool:
 
 
 def _placed(item: dict[str, Any], tasks: Mapping[str, Sequence[str]]) -> dict[str, Any]:
-    """Return an item with the path that the result shows: for a block, its tasks."""
+    """Return an item with the path that the search shows: for a block, the tasks of the block."""
     name = _block(item["location"])
     if not name:
         return item

@@ -1,4 +1,4 @@
-"""The examples of the pages: the entries of snippets.toml, and the programs made of them."""
+"""The examples of the block pages: the entries of snippets.toml, and programs made from them."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _FILE = FOLDER / "snippets.toml"
 
 #: The robot file of most examples, in programs/.
 ROBOT = "robot.toml"
-#: Time at which `Start` becomes TRUE: the controller is up, SI(00) and SI(06) are ON.
+#: Time at which `Start` becomes TRUE. The controller is then running; SI(00) and SI(06) are ON.
 START_US = 600_000
 
 _WIDTH = 100
@@ -40,14 +40,14 @@ _WIDTH = 100
 
 @dataclass(frozen=True)
 class Step:
-    """A block of the program.
+    """A block in the program of an example.
 
     Attributes:
         instance: Name of the instance.
         block: Its type.
         inputs: Values in ST; a list fills an array, a table a structure.
-        end: Its output that starts the next block.
-        after: It is called after FB_WriteArea.
+        end: The output of the block that starts the next block.
+        after: Whether the block is called after FB_WriteArea.
     """
 
     instance: str
@@ -62,20 +62,22 @@ class Snippet:
     """One example.
 
     Attributes:
-        pou: The block that it shows.
-        call: The call of it; None if the frame of the program is the example.
-        before: Blocks that run first; the end of each starts the next.
+        pou: The block that the example shows.
+        call: The call of the block; None if the frame of the program is the example.
+        before: Blocks that run earlier. The end of each block starts the next.
         about: A sentence for the page.
-        events: Events beside the start, as tables of a stimulus file.
-        stop: Time at which `Start` becomes FALSE again, as text; empty: never.
-        size: Bytes of the areas.
+        events: Events in addition to the start, as tables of a stimulus file.
+        stop: Time at which `Start` becomes FALSE again, as text; empty if it stays TRUE.
+        size: Size of the areas [byte].
         frame: Inputs of FB_ReadArea and FB_WriteArea that differ from the defaults.
-        show: More lanes of the chart: `SI06`, `n+34.0 SI(20)`, `m+4 SOW(2)`, `Main.Connected`.
-        lanes: All lanes of the chart, as in plc/examples/charts.toml; the chart is then true to
-            scale. Empty: the pins and signals that change, with a column for each change.
-        buttons: More push buttons than Start; the events set them.
-        last: Outputs are read at the end of the run instead of the end of the block.
-        robot: Its robot file in programs/.
+        show: Additional lanes of the chart: `SI06`, `n+34.0 SI(20)`, `m+4 SOW(2)`,
+            `Main.Connected`.
+        lanes: All lanes of the chart, as in plc/examples/charts.toml. The chart then has a linear
+            time axis. If empty, the chart shows the pins and signals that change, with one column
+            for each change.
+        buttons: Push buttons in addition to Start; the events set them.
+        last: Whether outputs are read at the end of the run instead of the end of the block.
+        robot: Name of the robot file in programs/.
     """
 
     pou: Pou
@@ -94,14 +96,15 @@ class Snippet:
 
     @property
     def steps(self) -> list[Step]:
-        """Return all blocks that it adds to the frame, in the order of their calls."""
+        """Return all blocks that the example adds to the frame, in the order of their calls."""
         return [*self.before, *([self.call] if self.call else [])]
 
     @property
     def started(self) -> bool:
-        """Return whether its program has `Start`.
+        """Return whether the program has the variable `Start`.
 
-        Examples with the common stimulus always have it; the others only if they use it.
+        Examples with the common stimulus always have it. Other examples have it only if they use
+        it.
         """
         pins = self.call.inputs.values() if self.call else ()
         return (
@@ -114,18 +117,18 @@ class Snippet:
 
     @property
     def path(self) -> Path:
-        """Return the path of its program."""
+        """Return the path of the example's program."""
         return FOLDER / "programs" / f"{self.pou.name}.st"
 
     @property
     def stimulus_path(self) -> Path:
-        """Return the path of its stimulus: its own file, or the common one."""
+        """Return the path of the stimulus: the example's own file, or the common file."""
         own = self.events or self.stop
         return FOLDER / "programs" / f"{self.pou.name if own else 'start'}.toml"
 
     @property
     def words(self) -> bool:
-        """Return whether its process image is made of words."""
+        """Return whether the process image consists of words."""
         return any(pin.type == "RCX_IMAGE_WORDS" for pin in self.pou.pins)
 
     def command(self, seconds: str) -> str:
@@ -142,8 +145,8 @@ class Snippet:
 def snippets(file: Path = _FILE) -> dict[str, Snippet]:
     """Return the examples of a file by block.
 
-    Generated command blocks have an example even if the file does not name them, because their
-    defaults are sufficient. Other blocks need an entry.
+    A generated command block has an example even if the file does not contain the block, because
+    the default values are sufficient. Every other block needs an entry.
 
     Raises:
         InputError: an entry is wrong.
@@ -318,7 +321,7 @@ def _literal(value: Any, kind: str) -> str:
 
 
 def _call(instance: str, inputs: Mapping[str, Any]) -> Iterator[str]:
-    """Yield a call with named arguments, wrapped to the line width."""
+    """Yield the lines of a call with named arguments, wrapped to the line width."""
     line = f"{instance}("
     indent = " " * len(line)
     parts = [f"{name} := {value}" for name, value in inputs.items()]
@@ -332,7 +335,7 @@ def _call(instance: str, inputs: Mapping[str, Any]) -> Iterator[str]:
 
 
 def own_pins(block: str) -> list[Pin]:
-    """Return in-out pins besides the robot and the image; each needs a variable of the program."""
+    """Return in-out pins other than robot and image; each needs a variable of the program."""
     pins = pous()[block].of("VAR_IN_OUT")
     return [pin for pin in pins if pin.name not in ("Robot", "Image")]
 

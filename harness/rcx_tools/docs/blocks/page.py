@@ -1,4 +1,4 @@
-"""Pages of the blocks, docs/reference/blocks/FB_X.md, and a page of all functions."""
+"""Generator of the block pages docs/reference/blocks/FB_X.md, and of a page for all functions."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from structured_text.output.toml_files import load_toml
 
 __all__ = ["CHART_MARK", "MARK", "block_chart", "block_page", "functions_page", "tasks"]
 
-#: First line of every generated file of docs/reference/blocks.
+#: First line of every generated page in docs/reference/blocks.
 MARK = "<!-- generated from plc/lib, spec/ and docs/reference/blocks/snippets.toml by `make docs`"
 
-#: Mark of a generated chart, below its first line.
+#: Mark of a generated chart, below the first line of the file.
 CHART_MARK = "<!-- generated from docs/reference/blocks/snippets.toml by `make docs` -->"
 
 _ZERO = {
@@ -37,9 +37,9 @@ _ZERO = {
     "DWORD": "16#00000000",
 }
 _DIGITS = {"BYTE": 2, "WORD": 4, "DWORD": 8}
-#: Tests that run for each command block in turn.
+#: Tests that run for every command block.
 _OF_ALL_COMMANDS = ("tests/command/test_command_blocks.py",)
-#: Users of an internal block that its page names.
+#: Largest number of blocks that the page of an internal block names as its users.
 _SHOWN_USERS = 4
 _WHOLE = "Complete program, stimulus, robot"
 
@@ -142,7 +142,7 @@ def _examples(name: str) -> list[str]:
 
 
 def _full(section: str) -> str:
-    """Return a section of the manual with the name of its document."""
+    """Return a reference to a section of the manual, with the name of its document."""
     if "guide" not in section:
         return f"EtherNet/IP user's manual, {section}"
     named = re.sub(r"^(?:remote command )?guide\b", "Remote command guide", section)
@@ -156,18 +156,18 @@ def _alternatives() -> list[dict[str, str]]:
 
 
 def tasks() -> dict[str, list[str]]:
-    """Return the blocks for each task of a user."""
+    """Return the blocks that a user needs for each task."""
     found: dict[str, list[str]] = load_toml(FOLDER / "tasks.toml")
     return found
 
 
 def _choices(name: str) -> Iterator[str]:
-    """Yield a table with the use of a block and of each similar block."""
+    """Yield a table that says when to use the block, and when to use similar blocks."""
     rows: dict[str, str] = {}
     for choice in _alternatives():
         if name in choice:
             for other, text in ((name, choice[name]), *choice.items()):
-                rows.setdefault(other, text)  # the first choice is the general description
+                rows.setdefault(other, text)  # the first entry contains the general description
     if not rows:
         return
     yield "\n## When to use it\n\n| Block | What it does |\n|---|---|"
@@ -176,7 +176,7 @@ def _choices(name: str) -> Iterator[str]:
 
 
 def _instead(pou: Pou) -> Iterator[str]:
-    """Yield the advice to call the blocks for users that contain an internal block."""
+    """Yield the advice to use the public blocks that contain an internal block."""
     found: dict[str, Pou] = {}
     left = [pou.name]
     while left:
@@ -276,7 +276,7 @@ def _example(run: Run) -> Iterator[str]:
 
 
 def _robot_side(pou: Pou) -> Iterator[str]:
-    """Yield the robot program that a block works with, as text to paste."""
+    """Yield the robot program that the block works with, as text to copy."""
     for file in sorted((ROOT / "plc/robot").glob("*.PGM")):
         if any(file.name in paragraph for paragraph in pou.about):
             text = file.read_text(encoding="utf-8").strip()
@@ -348,7 +348,7 @@ def _structure(value: Mapping[str, Any], types: Mapping[str, str]) -> str:
     return f"({', '.join(f'{name} {_value(one, types.get(name, str()))}' for name, one in given)})"
 
 
-# ---- errors, types, neighbours
+# ---- errors, types, related blocks
 
 
 @cache
@@ -402,7 +402,10 @@ def _see_also(pou: Pou) -> Iterator[str]:
 
 
 def _neighbours(pou: Pou) -> list[str]:
-    """Return related blocks: one names the other, they share a guide section, or they are twins."""
+    """Return related blocks.
+
+    One block names the other, or both have the same section of the guide, or they are twins.
+    """
     found = [name for name in pou.said if name in pous()]
     names = [one.name for one in pous().values() if pou.name in one.said]
     twin = (

@@ -1,4 +1,4 @@
-"""Generator of docs/reference/panel.html: two printed sides of signals, codes, errors, alarms."""
+"""Generator of docs/reference/panel.html: a sheet with signals, codes, errors and alarms."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ def _back() -> Iterator[str]:
 
 
 def _sender(command: Command) -> str:
-    """Return the block that sends a command, with the command if the block sends several."""
+    """Return the block that sends a command, and the command if the block sends several."""
     if not command.code:
         return "status reset (FB_WriteArea)"
     block = next(one for one in library().blocks.values() if command in one.commands)
@@ -162,7 +162,7 @@ def _error(one: dict[str, Any]) -> tuple[str, ...]:
 
 
 def _rows(head: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
-    """Yield a table; cells that begin with a tag are HTML already."""
+    """Yield the lines of a table. A cell that begins with a tag is HTML already."""
     yield f"<table><tr>{''.join(f'<th>{escape(one)}</th>' for one in head)}</tr>"
     for row in rows:
         cells = (one if one.startswith("<") else escape(one) for one in row)

@@ -1,4 +1,4 @@
-"""Legal values of an input, from the tables of the telegrams or from its comment."""
+"""Legal values of an input, taken from the tables of the telegrams or from the input's comment."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from rcx_tools.library.tables import Block, Input
 
 __all__ = ["range_of"]
 
-#: Numbers and ranges in a comment: `1 to 4; 0 = robot 1`, `2..7, 10..15`.
+#: Pattern of numbers and ranges in a comment: `1 to 4; 0 = robot 1`, `2..7, 10..15`.
 _SAID = re.compile(
     r"-?\d+(?:\.\d+)?(?:\.\.| to )-?\d+(?:\.\d+)?"
     r"(?:(?:, | \.\. |, with Size 256 also )\d+\.\.\d+)*"
 )
-#: Ranges of the areas; their comments use other words.
+#: Ranges of the area inputs, because their comments do not follow the pattern.
 _AREAS = {"Size": "48, 256", "m": "0 to ImageSize - Size", "n": "0 to ImageSize - Size"}
 
 _REAL_STEPS = 8191.999
@@ -50,7 +50,7 @@ def range_of(pou: Pou, pin: Pin) -> str:
 
 
 def _refused_members(pou: Pou, pin: Pin) -> set[str]:
-    """Return members of an enumeration that are not legal in the command's field."""
+    """Return members of an enumeration that are not legal in the field of the command."""
     tables = library()
     block, enumeration = tables.blocks.get(pou.name), tables.enumerations.get(pin.type)
     entries = block.inputs if block else ()
@@ -88,7 +88,7 @@ def _of_field(block: Block, entry: Input, part: Field) -> str:
 
 
 def _members(block: Block, field: str, values: Sequence[int]) -> str:
-    """Return values of a field as members of the pin that fills it."""
+    """Return values of a field as members of the enumeration of the pin that fills the field."""
     filler = next(one for one in block.inputs if field in one.to)
     names = {one.value: one.name for one in library().enumerations[filler.type].members}
     return ", ".join(f"`{names[value]}`" for value in values)

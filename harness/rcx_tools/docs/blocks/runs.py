@@ -1,4 +1,4 @@
-"""Run of an example in the virtual cell: outputs, times, and the changes of its signals."""
+"""Run of an example in the virtual cell: the block's outputs, times, and signal changes."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from structured_text.errors import InputError
 __all__ = ["Run", "run_of", "run_snippet"]
 
 
-#: Time limit of a run, longer than the longest movement of the examples.
+#: Time limit of a run; it exceeds the longest movement of the examples.
 _LONGEST_US = 20_000_000
-#: Run time after the start of a block that does not end, and after the end of any other block.
+#: Run time after the start if the block does not end, else run time after its end.
 _AFTER_US = 300_000
-#: A chart that is true to scale begins this long before the start of the block.
+#: A chart with a linear time axis begins this long before the start of the block.
 _BEFORE_US = 100_000
 
-#: WORD pins that repeat a BOOL, or a table of the page, as a number.
+#: WORD pins whose value is already shown by a BOOL pin or by a table of the page.
 _NUMBERS = ("ErrorID", "AlarmGroup", "AlarmCategory", "Code")
-#: Order of the contract's outputs, which follow the inputs.
+#: Order of the contract's outputs. They follow the inputs.
 _ORDER = {"Busy": 2, "Active": 3, "Done": 4, "Valid": 4, "Error": 5}
 
 
@@ -42,11 +42,12 @@ class Run:
     Attributes:
         snippet: The example.
         lanes: The signals that changed, in the order of the chart.
-        left_out: Addresses of words that changed and are not drawn.
-        outputs: The block's own outputs at its end, by name.
-        took_us: Time from the start of the block to its end; None without a start.
-        seconds: Time that `rcx run` needs to show the same, as text.
-        scaled: Recorder of the chart that is true to scale; None if the example has no such chart.
+        left_out: Addresses of words that changed but are not drawn.
+        outputs: The block's own outputs at the end, by name.
+        took_us: Time from the start of the block to its end; None for a block without a start
+            input.
+        seconds: Run time that `rcx run` needs to show the same, as text.
+        scaled: Recorder of a chart with a linear time axis; None if the example has no such chart.
     """
 
     snippet: Snippet
@@ -64,7 +65,7 @@ class Run:
 
 
 class _Lanes(Timeline):
-    """A chart of given lanes, from the start of the block on."""
+    """A chart of given lanes that begins at the start of the block."""
 
     def __init__(self, lanes: Sequence[Lane]) -> None:
         super().__init__()
@@ -77,7 +78,7 @@ class _Lanes(Timeline):
         every = super().instants()
         before = [t_us for t_us in every if t_us < 0]
         held = any(lane.kind == "word" and lane.value_at(-1) for lane in self._shown)
-        # A word that is still on the wire then needs room for its digits.
+        # If a word is not 0 before the start, its digits need a column before the start.
         return [*(before[-1:] if held else []), *(t_us for t_us in every if t_us >= 0)]
 
 
@@ -88,7 +89,7 @@ def run_of(name: str, engine: str = "builtin") -> Run:
 
 
 def run_snippet(snippet: Snippet, *, engine: str = "builtin") -> Run:
-    """Run an example, as generated now, until its block has ended.
+    """Generate an example and run it until its block has ended.
 
     Raises:
         InputError: the block does not end as described on its page, or a rule is broken.
@@ -96,7 +97,7 @@ def run_snippet(snippet: Snippet, *, engine: str = "builtin") -> Run:
     files = (snippet.path, snippet.stimulus_path)
     texts = (program(snippet), stimulus(snippet))
     if all(map(_has, files, texts)):
-        return _run(snippet, *files, engine)  # compilation of an existing file is cached
+        return _run(snippet, *files, engine)  # the engine caches compiled files
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder, snippet.path.name), Path(folder, "stimulus.toml")
         for file, text in zip(made, texts, strict=True):
@@ -105,7 +106,7 @@ def run_snippet(snippet: Snippet, *, engine: str = "builtin") -> Run:
 
 
 def _has(file: Path, text: str) -> bool:
-    """Return whether the file has this text."""
+    """Return whether the file exists and contains exactly this text."""
     return file.is_file() and file.read_text(encoding="utf-8") == text
 
 
@@ -154,7 +155,7 @@ def _run(snippet: Snippet, source: Path, events: Path, engine: str) -> Run:
 
 
 def _may(snippet: Snippet) -> tuple[str, ...]:
-    """Return outputs that may be TRUE at the end of a run: only those after a link loss."""
+    """Return the outputs that may be TRUE at the end: Error if the example cuts the link."""
     return ("Error",) if any("link_down" in str(event) for event in snippet.events) else ()
 
 

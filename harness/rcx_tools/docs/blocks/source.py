@@ -1,4 +1,4 @@
-"""Parser of the files of plc/lib: the head of a block, its pins, its errors, its parts."""
+"""Parser of the files of plc/lib: head, pins, errors and inner blocks of each POU."""
 
 from __future__ import annotations
 
@@ -28,28 +28,29 @@ _NOWHERE = re.compile(r" \(not in the manual[^()]*\)")
 _WHERE = re.compile(r" \(((?:remote command )?(?:chapter|guide)[^()]*)\)")
 _ERROR = re.compile(r"WORD#16#(8(?!000)[0-9A-F]{3})\b")
 
-#: ErrorIDs of shared functions that only some callers can get: an odd offset only with an image of
-#: words, an odd number only with double words, an abort only with the pin Abort.
+#: ErrorIDs of shared functions that only some of their callers can get. An odd offset needs an
+#: image of words, an odd number needs double words, an abort needs the pin Abort.
 _ODD_OFFSET, _ODD_NUMBER, _ABORTED = 0x8032, 0x8035, 0x8050
 
 #: ErrorIDs that FB_RcxJob adds: a time limit, and errors of the turn. A remote command also ends
-#: with the result of FB_ReadArea, Robot.Inner.Answer. A channel of a composite block has no queue.
+#: with the result of FB_ReadArea, Robot.Inner.Answer. The channel of a composite block has no
+#: queue.
 _JOB = "FB_RcxJob"
 _CALLED_WRONG = {0x8013, 0x8016, 0x8017}
 _OWN = {0x8010} | _CALLED_WRONG
 _SEQUENCE, _REMOTE = _OWN | {0x8012}, {0x8011, 0x8012, 0x8015} | _CALLED_WRONG
 _ANSWER = re.compile(r"\bRobot\.Inner\.Answer := WORD#16#([0-9A-F]{4});")
 
-#: Beginnings of paragraphs of a head that the page does not show as text.
+#: First words of paragraphs of the head that the page does not show.
 _NOT_SAID = ("Generated from", "Tests:")
 
-#: VAR_IN_OUT, VAR_INPUT or VAR_OUTPUT.
+#: The name of a section: VAR_IN_OUT, VAR_INPUT or VAR_OUTPUT.
 Section = str
 
 
 @dataclass(frozen=True)
 class Pin:
-    """A pin as it is declared; `unit` is the text in brackets of its comment."""
+    """A pin as it is declared. `unit` is the text in square brackets in the pin's comment."""
 
     section: Section
     name: str
@@ -64,19 +65,20 @@ class Pou:
     """A block or function of the library.
 
     Attributes:
-        file: Its source.
-        folder: Topmost folder below plc/lib.
-        does: The first sentence of its head.
-        about: The paragraphs after it, without those about tests and generators.
-        section: Its section of the manual; empty if the manual has none.
-        tests: The tests that its head names.
-        pins: The interface, in the order of declaration.
-        uses: Blocks and functions that its code names.
-        said: Blocks and functions that its comments name.
-        own_errors: ErrorIDs that its own code sets.
-        answers: ErrorIDs that it writes to Robot.Inner.Answer, for the blocks that read it.
-        job: The arguments of its FB_RcxJob; empty if it has none.
-        result: Type of a function's result.
+        file: Source file.
+        folder: Name of the topmost folder below plc/lib.
+        does: First sentence of the head.
+        about: Further paragraphs of the head, except those about tests and generators.
+        section: Section of the manual, or empty.
+        tests: Tests that the head names.
+        pins: Pins in the order of declaration.
+        uses: Blocks and functions that the code names.
+        said: Blocks and functions that the comments name.
+        own_errors: ErrorIDs that the code sets itself.
+        answers: ErrorIDs that the code writes to Robot.Inner.Answer. Other blocks read this
+            variable.
+        job: Arguments of the FB_RcxJob in the block; empty if it contains none.
+        result: Type of the result of a function.
     """
 
     file: Path
@@ -95,17 +97,17 @@ class Pou:
 
     @property
     def name(self) -> str:
-        """Return the name of the block, which is the name of its file."""
+        """Return the name of the block, which is also the name of its file."""
         return self.file.stem
 
     @property
     def is_function(self) -> bool:
-        """Return whether it is a FUNCTION."""
+        """Return whether the POU is a FUNCTION."""
         return self.name.startswith("FC_")
 
     @property
     def internal(self) -> bool:
-        """Return whether it is a part of other blocks that users do not call."""
+        """Return whether the block is a part of other blocks and is not called by users."""
         head = " ".join((self.does, *self.about))
         inside = any(pin.type == "RCX_CHANNEL" for pin in self.pins)
         return inside or bool(re.search(r"\bPart of\b", head))
@@ -144,14 +146,14 @@ class Kind:
     """A type of the library: an enumeration, an array or a structure.
 
     Attributes:
-        file: Its source.
-        does: Its description, from the head.
-        members: Members with their meanings; empty for arrays and structures.
-        fields: Types of a structure's fields; empty for others.
-        defaults: Initial values of the fields that have one.
+        file: Source file.
+        does: Description from the head.
+        members: Members of an enumeration with their meanings; empty for other types.
+        fields: Fields of a structure with their types; empty for other types.
+        defaults: Initial values of the fields that have an initial value.
         first: Lower bound of an array.
-        count: Elements of an array; 0 for others.
-        element: Type of the elements.
+        count: Number of elements of an array; 0 for other types.
+        element: Type of the elements of an array.
     """
 
     file: Path
@@ -166,7 +168,7 @@ class Kind:
 
 @cache
 def pous() -> dict[str, Pou]:
-    """Return blocks and functions by name, folder by folder."""
+    """Return the blocks and functions by name, folder by folder."""
     files = sorted((ROOT / "plc/lib").rglob("F[BC]_*.st"))
     return {file.stem: _pou(file) for file in files}
 
@@ -208,7 +210,7 @@ def _pou(file: Path) -> Pou:
 
 
 def _of_job(pou: Pou) -> set[int]:
-    """Return the ErrorIDs that a block has from its FB_RcxJob."""
+    """Return the ErrorIDs that a block gets from its FB_RcxJob."""
     if not pou.job:
         return set()
     found = set(_SEQUENCE)
@@ -222,7 +224,7 @@ def _of_job(pou: Pou) -> set[int]:
 
 
 def _head(text: str) -> list[str]:
-    """Return the paragraphs of the comment at the head, each on one line."""
+    """Return the paragraphs of the comment at the head of a file, each as one line."""
     comment = text.partition("*)")[0]
     lines = [re.sub(r"^\s*\(?\*", "", line).strip() for line in comment.splitlines()]
     whole = "\n".join(lines).strip()
@@ -244,7 +246,7 @@ def _pins(text: str) -> list[Pin]:
 
 
 def _groups(line: str) -> tuple[str, str, str, str]:
-    """Return name, type, default and comment of a declaration; empty texts for another line."""
+    """Return name, type, default and comment of a declaration; empty texts if it is none."""
     match = _PIN.match(line)
     if match is None:
         return "", "", "", ""
@@ -253,9 +255,9 @@ def _groups(line: str) -> tuple[str, str, str, str]:
 
 
 def _unit(comment: str) -> tuple[str, str]:
-    """Return the unit in brackets, and the comment without it.
+    """Return the unit in square brackets, and the comment without it.
 
-    Several units stay in the comment.
+    If the comment contains several units, it stays unchanged.
     """
     units = _UNIT.findall(comment)
     if len(units) != 1:
@@ -264,7 +266,7 @@ def _unit(comment: str) -> tuple[str, str]:
 
 
 def kind_of(file: Path) -> Kind:
-    """Return the type of a file."""
+    """Return the type that a file declares."""
     text = file.read_text(encoding="utf-8")
     does = _WHERE.sub("", _head(text)[0].partition(": ")[2])
     array = _ARRAY.search(_COMMENT.sub("", text))

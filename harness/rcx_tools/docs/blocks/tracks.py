@@ -1,4 +1,4 @@
-"""The signals of an example's chart: their selection and their names."""
+"""The signals of an example's chart: their selection and names."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from rcx_tools.library import library
 
 __all__ = ["DRAWN", "Track", "not_too_many", "tracks_of"]
 
-#: Types of pins that are drawn; numbers are drawn as words.
+#: Types of pins that are drawn as pins. Numbers are drawn as words on the wire.
 DRAWN = {"BOOL": "variable", "BYTE": "word", "WORD": "word", "UINT": "word"}
 
-#: Greatest number of words of data, and of response, in a chart.
+#: Greatest number of data words and of response words in a chart.
 _MOST_WORDS = 6
 _WORDS = 16
-#: Words of an abnormal end.
+#: Names of the words of an abnormal end.
 _ALARM = {1: "alarm group", 2: "alarm category"}
 
 
 class Track:
-    """A signal: its lane, and its value in a scan."""
+    """A signal with its lane in the chart and the function that reads its value from a scan."""
 
     def __init__(
         self,
@@ -41,14 +41,15 @@ class Track:
         self._lane = Lane(name, kind, show=show)
 
     def take(self, record: Record) -> None:
-        """Record a change."""
+        """Record the value of the signal if the record is a scan."""
         if isinstance(record, Scan):
             self._lane.note(record.t_us, self._value(record))
 
     def changed(self, begin: int, end: int) -> bool:
-        """Return whether it changed from `begin` to `end`.
+        """Return whether the signal changed from `begin` to `end`.
 
-        The PLC's inputs at `begin` are the cause, so they count.
+        Changes of pins and of the PLC's outputs at `begin` count as well. Other signals must change
+        later.
         """
         own = self._lane.kind == "variable" or self.name.startswith(("SI", "n "))
         return any(begin - own < t_us <= end for t_us, _ in self._lane.changes)
@@ -116,9 +117,10 @@ def _word(letter: str, at: int) -> Callable[[Scan], int]:
 
 
 def _words(letter: str, snippet: Snippet) -> Iterator[Track]:
-    """Yield the words of the remote command, or of its answer, with the fields' names."""
+    """Yield the words of the remote command (n) or of its answer (m), with the fields' names."""
     block = library().blocks.get(snippet.pou.name)
-    # After an earlier command, a lane contains words of two commands, so names do not fit.
+    # After an earlier command, a lane contains words of two commands, so field names would be
+    # wrong.
     mixed = any(pous()[step.block].folder == "command" for step in snippet.before)
     fields: Mapping[str, Field] = {}
     if block and not mixed:
@@ -150,7 +152,7 @@ def _part(part: Field, k: int) -> str:
 
 
 def not_too_many(tracks: Sequence[Track]) -> tuple[list[Track], list[str]]:
-    """Return the tracks without surplus words, and those words; code and status stay."""
+    """Return the tracks to draw, and the names of surplus words that are left out."""
     shown: list[Track] = []
     left_out = []
     for track in tracks:

@@ -1,7 +1,7 @@
-"""The command blocks of the campaign: the expected telegram of each, and its expected response.
+"""The command blocks of the campaign, each with its expected telegram and expected response.
 
-The harness's codec makes the telegrams of the remote command guide from the values at the pins. The
-blocks themselves are not consulted.
+The codec of the harness makes the telegrams of the remote command guide from the values at the
+pins. The code of the blocks is not used.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ Words = tuple[int, ...]
 
 
 class Telegrams(NamedTuple):
-    """The telegram and the response of a block.
+    """The expected telegram and response of a block.
 
     Attributes:
         inputs: Pins that determine the telegram.
-        words: Makes the telegram, n to n + 30, from these pins.
-        outputs: Pins that show the response.
-        shown: Their expected values, from the words m to m + 30.
+        words: Function that makes the telegram, n to n + 30, from these pins.
+        outputs: Pins that contain the response.
+        shown: Function that makes the expected values of these pins from the words m to m + 30.
     """
 
     inputs: tuple[str, ...]
@@ -67,7 +67,7 @@ def _write_shift(pins: Pins) -> Words:
 
 
 def _assign_value(pins: Pins) -> Words:
-    """Return the telegram; `ARITHMETIC_ADD` is the command AddValue."""
+    """Return the telegram; the operation `ARITHMETIC_ADD` is the command AddValue."""
     name = {"ARITHMETIC_ASSIGN": "AssignValue", "ARITHMETIC_ADD": "AddValue"}[pins["Operation"]]
     return command(name).encode({"variable1": pins["Variable1"], "value": pins["ValueInteger"]})
 
@@ -114,11 +114,11 @@ def _numbers(value: Any) -> tuple[int, ...]:
 
 
 def real(value: float) -> float:
-    """Return the nearest REAL, as a PLC holds it."""
+    """Return the nearest REAL, which is the value that a PLC stores."""
     return float(struct.unpack("<f", struct.pack("<f", value))[0])
 
 
-#: Blocks with Execute, by the name of their instance in Campaign.st.
+#: Blocks with Execute, by instance name in Campaign.st.
 COMMANDS: Mapping[str, Telegrams] = {
     "WritePoint": Telegrams(("Point", "Pulses"), _write_point),
     "ReadPoint": Telegrams(("Point",), _read_point, ("Pulses",), _point),
@@ -133,7 +133,7 @@ COMMANDS: Mapping[str, Telegrams] = {
     "Again": Telegrams(("Code", "Data"), _raw, ("Response",), _response),
 }
 
-#: Blocks with Enable; their commands do not have an end of their own.
+#: Blocks with Enable. Their commands do not end by themselves.
 LEVELS: Mapping[str, Telegrams] = {
     "Jog": Telegrams(("Frame", "Axis", "Direction"), _jog),
     "Position": Telegrams(("Unit",), _position),

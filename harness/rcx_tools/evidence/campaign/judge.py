@@ -1,4 +1,4 @@
-"""Judge of each request and each execution: every request is executed once."""
+"""Judge of each request and each execution: every request must be executed once."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from structured_text.engines.base import Program
 
 __all__ = ["SEQUENCES", "Judge"]
 
-#: Sequence blocks: the dedicated inputs that each may switch ON, and the meaning of its Done (mask
-#: and value of the outputs' word m + 32).
+#: Sequence blocks: the dedicated inputs that each block may switch ON, and the outputs that must
+#: hold at Done (mask and value of word m + 32).
 SEQUENCES: dict[str, tuple[int, tuple[int, int]]] = {
     "AlarmReset": (1 << 14, (1 << 3, 0)),
     "ServoOn": (1 << 1, (1 << 2, 1 << 2)),
@@ -34,7 +34,7 @@ _SI00, _SI06, _SI10 = 1 << 0, 1 << 6, 1 << 8
 
 @dataclass
 class _Watched:
-    """A block with Busy, Error and ErrorID that are read in every scan."""
+    """A block whose Busy, Error and ErrorID are read in every scan."""
 
     name: str
     place: str
@@ -45,11 +45,11 @@ class _Watched:
 
 
 class Judge:
-    """Observer of the blocks, scan by scan, that compares them with the controller's list.
+    """Observer of the blocks that compares their requests with the controller's executions.
 
     Args:
         program: The running program.
-        found: Called with each finding: its kind, and a sentence.
+        found: Function that is called with each finding: its kind, and a sentence.
     """
 
     def __init__(self, program: Program, found: Callable[[str, str], None]) -> None:
@@ -78,7 +78,7 @@ class Judge:
         self._points: dict[int, list[list[int]]] = {}
 
     def restart(self) -> None:
-        """Forget the requests under way: the PLC has lost its memory, so they never end."""
+        """Forget the requests in progress: the PLC has lost its memory, so they never end."""
         for one in self._blocks:
             one.busy, one.request = False, None
         self._code = self._bits = 0
@@ -89,7 +89,7 @@ class Judge:
         return [one.name for one in self._blocks if one.busy]
 
     def take(self, record: Record) -> None:
-        """Receive a record of the trace, and check it if it is a scan."""
+        """Receive a record of the trace and, if it is a scan, check it."""
         if isinstance(record, Scan):
             self._scan(record)
 
@@ -169,14 +169,14 @@ class Judge:
             self._follow_points(one)
 
     def _follow_points(self, one: _Watched) -> None:
-        """Check that the point last written is read back.
+        """Check that reading a point returns the position that was written last.
 
-        After a write of unknown outcome both values are possible.
+        After a write with unknown outcome, the old and the new position are possible.
         """
         if one.name not in ("WritePoint", "ReadPoint"):
             return
         number, pulses = self._pin(one, "Point"), self._pin(one, "Pulses")
-        # Inputs are sampled at the edge; by now they may belong to the next request.
+        # The block samples its inputs at the edge. Now they may already belong to the next request.
         if one.name == "ReadPoint":
             number = self._pin(one, "PointRead")
             known = self._points.get(number)
@@ -185,11 +185,7 @@ class Judge:
                 self._found("wrong data", text)
 
     def settle(self, executions: list[Execution]) -> int:
-        """Compare all requests with the executions; empty both lists.
-
-        Returns:
-            The number of requests.
-        """
+        """Compare all requests with the executions; empty both; return the number of requests."""
         self._comparison.of(self.requests, executions)
         count = len(self.requests)
         self.requests.clear()

@@ -33,9 +33,9 @@ from structured_text.farm import Farm
 
 __all__ = ["main"]
 
-#: Default number of runs, and of storms in each.
+#: Default number of runs, and default number of storms in each run.
 RUNS, STORMS = 72, 10
-#: Number of runs on both engines, which must give the same trace.
+#: Number of runs that are repeated on a second engine. Both runs must give the same trace.
 TWICE = 8
 
 
@@ -89,7 +89,7 @@ def _run(job: _Job) -> _Result:
 
 
 def _explain(seed: int, options: Namespace, console: Console) -> None:
-    """Run a seed again, shorten its failure, and write trace, chart and events."""
+    """Run a seed again, shorten the run that fails, and write trace, chart and events."""
     program = _compiled(options.engine, options.lib)
     conditions, storms = draw_run(seed, options.storms)
 
@@ -158,7 +158,7 @@ def _figures(total: Outcome, options: Namespace, engine: str, twice: int) -> dic
 
 
 def _expected() -> set[str]:
-    """Return the content of every long campaign: work of each block, and each kind of fault."""
+    """Return what every long campaign must contain: work of each block, and each kind of fault."""
     faults = {"alarm", "emergency_stop", "link_down", "power_off", "pendant_on", "manual_mode"}
     faults |= {"lost", "late", "doubled", "plc_overrun", "packet_interval", "plc_power_off"}
     faults |= {"main_power_off"}

@@ -11,7 +11,7 @@ __all__ = ["Outcome"]
 
 @dataclass
 class Outcome:
-    """The figures of a run, or of several; times in virtual microseconds."""
+    """The figures of one or several runs; times are in virtual microseconds."""
 
     virtual_us: int = 0
     storms: int = 0

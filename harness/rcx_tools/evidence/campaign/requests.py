@@ -1,4 +1,4 @@
-"""Comparison of requests with executions: each once, or at most once with an error."""
+"""Comparison of requests with executions: each once, or at most once after some errors."""
 
 from __future__ import annotations
 
@@ -12,23 +12,24 @@ from structured_text.output.units import format_us
 
 __all__ = ["Comparison", "Request", "hexed"]
 
-#: Errors with an unknown outcome: link, CPU_OK, no end, turn lost, command lost.
+#: Errors that leave open whether the command was executed: link lost, CPU_OK lost, no end, turn
+#: lost, command lost.
 _UNKNOWN = (0x8001, 0x8002, 0x8011, 0x8013, 0x8014)
 _ABNORMAL = 0x8020
 
 
 @dataclass
 class Request:
-    """One rising edge of Execute (or Enable) that a command block has accepted.
+    """A request: one rising edge of Execute (or Enable) that a command block has accepted.
 
     Attributes:
         block: Name of the instance.
         words: The telegram that it must send, n to n + 30.
-        start_us: Time of the edge.
-        level: The block has Enable; its end does not show the outcome.
-        end_us: Time at which the block showed the end; None: it never did.
-        error_id: ErrorID at the end; 0 = Done.
-        shown: Outputs at the end that repeat the response.
+        start_us: Time of the rising edge.
+        level: The block has Enable. Its end does not show whether the command was executed.
+        end_us: Time at which the block showed the end; None if it never did.
+        error_id: ErrorID at the end; 0 means Done.
+        shown: Outputs of the block that contain the response, with their values at the end.
     """
 
     block: str
@@ -42,13 +43,13 @@ class Request:
 
     @property
     def certain(self) -> bool:
-        """Return whether it was certainly executed: Done, or the controller's abnormal end."""
+        """Return whether it was certainly executed: its end was Done or an abnormal end."""
         ended = self.end_us is not None and not self.level
         return ended and self.error_id in (0, _ABNORMAL)
 
     @property
     def possible(self) -> bool:
-        """Return whether it may have been executed."""
+        """Return whether the command may have been executed."""
         return self.end_us is None or self.level or self.error_id in _UNKNOWN
 
     def __str__(self) -> str:
@@ -63,8 +64,8 @@ class Comparison:
     """Comparison of requests with executions.
 
     Args:
-        shown: Gives the expected outputs of a block from the words m to m + 30.
-        found: Called with each finding: its kind, and a sentence.
+        shown: Function that returns the expected outputs of a block for the words m to m + 30.
+        found: Function that is called with each finding: its kind, and a sentence.
     """
 
     def __init__(
@@ -76,10 +77,10 @@ class Comparison:
 
     def of(self, requests: Sequence[Request], executions: Sequence[Execution]) -> None:
         """Compare all requests of a period with all its executions."""
-        # Certain requests are matched first, because they need a particular execution: the last one
-        # with their telegram before their end. Uncertain requests may take one of the remaining
-        # executions, each at most one. An execution without a request was either repeated or never
-        # requested.
+        # Certain requests are matched first, because each needs a particular execution: the last
+        # execution with the same telegram before the end of the request. Each uncertain request may
+        # then match one of the remaining executions. An execution without a request was either
+        # repeated or never requested.
         left = list(executions)
         for request in requests:
             if request.certain:
@@ -109,7 +110,7 @@ class Comparison:
         if not found:
             self._found("not executed", f"{request} was never executed: {hexed(request.words)}")
             return
-        own = found[-1]  # one command at a time: its own is the last before Done
+        own = found[-1]  # only one command runs at a time, so the last one is its own
         left.remove(own)
         status = NORMAL_END if request.error_id == 0 else ABNORMAL_END
         if own.end is None or own.end[0] != status:
@@ -131,6 +132,6 @@ class Comparison:
 
 
 def hexed(words: Sequence[int]) -> str:
-    """Return the words as hexadecimal text, up to the last that is not 0."""
+    """Return the words as hexadecimal text, without trailing zero words."""
     last = max((k for k, word in enumerate(words) if word), default=0)
     return " ".join(f"{word:04X}" for word in words[: last + 1])

@@ -22,12 +22,13 @@ __all__ = ["compiled", "run_storms"]
 
 _PROGRAM = Path(__file__).parent / "Campaign.st"
 
-#: Longest time until the cell is at rest after all causes are gone [us]: the longest Timeout of
+#: Longest time from the end of all causes until the cell is at rest [us]. It covers the longest
+#: Timeout of each stage of FB_PowerUp that may still wait, and the queued commands.
 # : each stage of FB_PowerUp that may still wait, and the queued commands.
 QUIET_US = 30_000_000
-#: Longest time of the documented recovery [us].
+#: Longest permitted time of the documented recovery [us].
 RECOVERY_US = 20_000_000
-#: Time after the cell has come to rest in which nothing may start by itself [us].
+#: Time that the resting cell is observed [us]: nothing may start by itself.
 _REST_US = 500_000
 
 _LEVELS = ("Jog", "Position", "SequenceControl", "AutoMode", "Watch")
@@ -40,7 +41,7 @@ _CALM = (
 
 
 def compiled(engine: str = "auto", lib: Path | None = None) -> Compiled:
-    """Return the campaign's program; `lib` is the folder of the library, None for plc/lib."""
+    """Return the compiled program; `lib` is the folder of the library, None for plc/lib."""
     return Compiled(source_files(_PROGRAM, lib), engine)
 
 
@@ -53,10 +54,10 @@ def run_storms(
     trace: Path | None = None,
     listener: Callable[[Record], None] | None = None,
 ) -> Outcome:
-    """Run storms one after the other, each followed by rest and recovery.
+    """Run the storms one after the other, and after each wait for rest and recover.
 
     Raises:
-        Failure: the first error.
+        Failure: the first error that is found.
     """
     station = Station(program, conditions, seed, trace)
     with station:
@@ -91,7 +92,7 @@ class _Run(StormRun):
             super().apply(act)
 
     def weathered(self) -> None:
-        """Record the figures."""
+        """Record the figures of a storm that has ended."""
         outcome, station = self.outcome, self.station
         network = station.network_of(1)
         assert isinstance(network, PacketNetwork)
@@ -114,7 +115,7 @@ class _Run(StormRun):
             station.inject(event)
         for event in _PACKETS:
             station.inject(event, share=0)
-        # A connection that lost its packets a moment ago is detected as lost only now.
+        # A connection whose packets were lost just before may be detected as lost only now.
         unseen_us = 2 * station.timing.timeout_us
         station.run(unseen_us)
         took_us = self.wait(self._rests, QUIET_US, "not at rest", self._what_is_busy)
@@ -126,7 +127,7 @@ class _Run(StormRun):
         self._settle()
 
     def _rests(self) -> bool:
-        """Return whether link and controller are up, no block works, and both turns are free."""
+        """Return whether link and controller are ready, no block is busy, and turns are free."""
         read = self.station.program.read
         if self.judge.busy or not read("Main.Robot.Connected"):
             return False
@@ -153,7 +154,7 @@ class _Run(StormRun):
     # --- recovery ----------------------------------------------------------------------------
 
     def recover(self) -> None:
-        """Follow the documented recovery: alarm reset, servo on; then let the cell do its work."""
+        """Follow the documented recovery: reset the alarm, switch the servo on, do some work."""
         begin_us, read = self.station.now_us, self.station.program.read
         if read("Main.Robot.Inner.HoldEmergency"):
             self._do("FromEmergency")
@@ -173,7 +174,7 @@ class _Run(StormRun):
         self.wait(self._rests, QUIET_US, "not at rest", self._what_is_busy)
 
     def _stop_program(self) -> None:
-        """Stop a running program by the stop input, because a return-to-origin needs it stopped."""
+        """Stop a running program by the stop input: a return-to-origin needs a stopped program."""
         station = self.station
         station["Main.StopOk"] = False
         self.wait(lambda: not self._on(1, 3), RECOVERY_US, "no recovery", lambda: "SO(13) stays ON")

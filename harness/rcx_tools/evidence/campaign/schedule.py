@@ -1,4 +1,4 @@
-"""Events of a storm: drawn in advance from the seed, as a list that can be shortened."""
+"""Events of a storm. The seed determines them in advance, as a list that can be shortened."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["draw_run"]
 
 
 def _draw_conditions(seed: int) -> Conditions:
-    """Draw the cell of a run."""
+    """Draw the conditions of a run."""
     random = Random(f"campaign {seed}")
     scan_ms = random.choice((2, 5, 10, 10, 10, 20, 20, 50))
     intervals = tuple(random.randint(2, 30) * 1000 for _ in range(3))
@@ -67,23 +67,22 @@ def _draw_conditions(seed: int) -> Conditions:
 
 
 def _margin_us(timing: Timing, latest_us: int) -> int:
-    """Return the required FB_WriteArea.Margin: it covers every packet that a connection survives.
+    """Return the FB_WriteArea.Margin that covers every late or lost packet before a time-out.
 
-    An earlier packet comes at most `latest_us` late, and the next packet arrives before the
-    time-out of the connection. The controller reads its inputs every 5 ms
-    (docs/explanation/scan-model.md).
+    A packet arrives at most `latest_us` late. The next packet arrives before the time-out of the
+    connection. The controller reads its inputs every 5 ms (docs/explanation/scan-model.md).
     """
     return timing.timeout_us + latest_us + 10_000
 
 
-# --- requests to start ------------------------------------------------------------------------
+# --- pins of the requests ----------------------------------------------------------------------
 
 Pins = dict[str, Any]
 _Start = Callable[[int, Random], Pins]
 
 
 def _pulses(n: int) -> list[int]:
-    """Return six numbers that no other request has."""
+    """Return six numbers that no other request contains."""
     return [n % 30_000, -(n % 29_989), n // 7 % 20_000, n % 9_973, 0, 0]
 
 
@@ -149,7 +148,7 @@ _STARTS: dict[str, _Start] = {
 }
 _CALLS = ("CallMovePtp", "CallWritePoint", "CallJog", "CallPosition", "CallServoOn")
 
-#: Events at the controller, and the events that end them.
+#: Events at the controller, each with the event that ends it.
 _EVENTS = (
     ("emergency_stop", "emergency_stop_release"),
     ("pendant_on", "pendant_off"),
@@ -163,7 +162,7 @@ _EVENTS = (
 
 
 class _Storm:
-    """Source of the events of one storm; `number` counts the requests of a run."""
+    """Source of the events of one storm. `number` counts the requests of a run."""
 
     def __init__(self, conditions: Conditions, random: Random, number: int, length_us: int) -> None:
         self._conditions, self._random = conditions, random
@@ -182,7 +181,7 @@ class _Storm:
                 yield from self._start(t_us, random.choice(list(_STARTS)))
 
     def _start(self, t_us: int, block: str) -> Iterator[Entry]:
-        """Yield a rising edge, held for a scan, for a while, or until the end."""
+        """Yield a rising edge of Execute, and a falling edge one scan to 1.5 s later."""
         self._number += 1
         pins = _STARTS[block](self._number, self._random) if block in _STARTS else {}
         sets = {f"Main.{block}.{pin}": value for pin, value in pins.items()}
@@ -192,7 +191,7 @@ class _Storm:
         yield _set(t_us + held_us, {f"Main.{block}.Execute": False})
 
     def _use(self, t_us: int) -> Iterator[Entry]:
-        """Yield events with sequences, level blocks and general-purpose outputs."""
+        """Yield events for sequence blocks, blocks with Enable, and general-purpose outputs."""
         random = self._random
         kind = random.randrange(8)
         if kind < 4:
@@ -226,7 +225,7 @@ class _Storm:
             yield self._packets(t_us, lasts_us)
         elif kind == 4:
             scan_us = self._conditions.timing.scan_us
-            # If it were longer, the PLC would not see the loss of a connection.
+            # If the overrun were longer, the PLC would not notice the loss of a connection.
             by = f"{random.randint(1, 95_000 - scan_us)}us"
             yield _event(t_us, "plc_overrun", by=by)
         elif kind == 5:
@@ -269,7 +268,7 @@ def _event(t_us: int, name: str, **args: Any) -> Entry:
 
 
 def _draw_storm(conditions: Conditions, seed: int, number: int) -> Storm:
-    """Draw storm `number` of a run, with its events in order of time."""
+    """Draw storm `number` of a run, with its events in chronological order."""
     random = Random(f"storm {seed} {number}")
     length_us = random.randint(3_000, 15_000) * 1000
     pause_ms = random.choice((15, 40, 100, 250))

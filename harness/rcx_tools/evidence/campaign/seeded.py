@@ -16,13 +16,13 @@ __all__ = ["SEEDED", "Found", "Seeded", "find"]
 
 @dataclass(frozen=True)
 class Seeded(Bug):
-    """A seeded bug, with the permitted kinds of its first finding."""
+    """A seeded bug, with the kinds of finding that may come first."""
 
     kinds: tuple[str, ...]
 
 
 class Found(NamedTuple):
-    """The seed by which a seeded bug was found, and the failure."""
+    """The seed of the run that found a seeded bug, and the failure in that run."""
 
     seed: int
     failure: Failure
@@ -39,7 +39,10 @@ def find(
     most: int = 30,
     tried: Callable[[], None] = lambda: None,
 ) -> Found | None:
-    """Run seed after seed on the broken library until a run fails; return None if none fails."""
+    """Run the broken library with one seed after the other until a run fails.
+
+    Return None if no run fails.
+    """
     with broken_library(seeded.file, seeded.old, seeded.new) as lib:
         program = compiled(engine, lib)
         for seed in range(most):

@@ -1,4 +1,4 @@
-"""The cell of a campaign: a program and a controller that records its executions."""
+"""The cell of a campaign: a program, and a controller that records the commands it executes."""
 
 from __future__ import annotations
 
@@ -24,9 +24,10 @@ class Conditions:
     """The constants of a run.
 
     Attributes:
-        timing: Scan, packets and their time-out, for the longest packet interval.
-        intervals_us: The packet intervals that the run may change to.
-        late_us: The greatest delay of a late packet.
+        timing: Scan time, packet intervals and time-out; the time-out is that of the longest
+            interval.
+        intervals_us: Packet intervals to which the run may change.
+        late_us: Greatest delay of a late packet [us].
         robot: Properties of the controller.
         start: Variables of the program that are set before its first scan.
         m: First byte of the robot's area in `Main.InputArea`.
@@ -44,12 +45,12 @@ class Conditions:
 
 @dataclass
 class Execution:
-    """A command that the controller has begun.
+    """The execution of a command by the controller.
 
     Attributes:
-        t_us: Time of the begin.
-        words: Its telegram, n to n + 30.
-        end: End status and response, m to m + 30; None until they are shown.
+        t_us: Time at which the command begins.
+        words: Telegram of the command, n to n + 30.
+        end: End status and response, m to m + 30; None until the controller shows them.
     """
 
     t_us: int
@@ -72,11 +73,11 @@ class _Recording(Handshake):
 
 
 class RecordingController(Controller):
-    """A controller with the list of its executions, which survives restarts.
+    """A controller that records its executions. The list survives restarts of the controller.
 
     Args:
-        config: Its properties.
-        seed: Determines its delays.
+        config: Properties of the controller.
+        seed: Seed of the controller's random delays.
     """
 
     def __init__(self, config: RobotConfig | None = None, seed: int = 0) -> None:
@@ -90,7 +91,10 @@ class RecordingController(Controller):
         self._record()
 
     def _record(self) -> None:
-        """Install the recording handshake: every start of the controller makes a new handshake."""
+        """Install a handshake that records.
+
+        Every start of the controller makes a new handshake without a record.
+        """
         state = self._state
         if not isinstance(state.handshake, _Recording):
             state.handshake = _Recording(self.config, state.findings, self.executions)
@@ -126,4 +130,4 @@ class Station(Cell):
         for path, value in conditions.start.items():
             self[path] = value
         self.plc.beginning = program.snapshot()
-        self.plc.inputs_stay = False  # all variables belong to the program
+        self.plc.inputs_stay = False  # a cold start also resets the inputs

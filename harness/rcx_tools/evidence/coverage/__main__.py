@@ -30,16 +30,16 @@ __all__ = ["figures", "main", "reasons", "uncounted"]
 #: Folders and files for which MC/DC is required.
 MCDC_FILES = ("area/", "core/", "sequence/", "command/FB_RemoteCommand.st")
 
-#: Reasons for parts that need no coverage, relative to the repository.
+#: Reasons for parts that need no coverage; the path is relative to the repository.
 REASONS = "tests/tools/evidence/conditions.toml"
 
 #: The name of the library in the reports.
 _LIBRARY = "plc/lib"
 
-#: Width that the table needs [characters].
+#: Width of the table [characters].
 _WIDTH = 120
 
-#: Number of gaps to print; the report contains the others.
+#: Number of gaps to print; the report contains all gaps.
 _MOST_GAPS = 30
 
 
@@ -54,7 +54,7 @@ def reasons(file: Path) -> dict[tuple[str, str, str], str]:
 
 
 def uncounted(library: Path) -> Part:
-    """Return a part with every file of a library in which nothing was executed."""
+    """Return a part that contains every file of a library, with nothing executed."""
     collector = Collector(library)
     project = checked(sorted(library.resolve().rglob("*.st")))
     for pou in project.pous.values():
@@ -93,7 +93,7 @@ def _numbers(share: Share) -> dict[str, float]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure the coverage; return 0 if all is covered or justified, and MC/DC is as required."""
+    """Measure the coverage; return 0 if all is covered or justified and MC/DC is sufficient."""
     parser = argparse.ArgumentParser(prog="python -m rcx_tools.evidence.coverage")
     parser.add_argument("--report-only", action="store_true", help="use the counts of the last run")
     parser.add_argument("--workers", default="auto", help="processes (pytest's -n)")

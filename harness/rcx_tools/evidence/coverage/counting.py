@@ -1,4 +1,4 @@
-"""Plugin of pytest for `make coverage`: it writes the counts of the library."""
+"""Plugin of pytest for `make coverage`: it counts executed code of the library."""
 
 from __future__ import annotations
 
@@ -15,17 +15,20 @@ __all__ = ["pytest_addoption", "pytest_configure"]
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the options for the sources to count and for the file of the counts."""
+    """Add the options for the sources to count and for the output file."""
     parser.addoption("--count-below", type=Path, help="folder of the measured sources")
     parser.addoption("--counts", type=Path, help="file for the counts")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Start to count."""
+    """Start counting."""
     _Library(config, Collector(config.getoption("count_below")))
 
 
 class _Library(Gathering):
     def report(self, session: pytest.Session, parts: list[Part], lost: list[str]) -> None:
-        """Write the counts. Those of a worker that has died are missing; its tests have failed."""
+        """Write the counts.
+
+        The counts of a worker that has died are missing. Its tests are reported as failed.
+        """
         session.config.getoption("counts").write_text(json.dumps(parts), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Execution of the tests on the built-in engine, which counts the coverage."""
+"""Execution of the tests on the built-in engine, which counts the covered code."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FOLDERS = (
     *("chapters", "cell", "contract"),
     *("faults", "examples", "watch"),
 )
-#: Tests in real time. They do not execute code that other tests leave out.
+#: Tests in real time. They are left out because they execute no additional code.
 _LEFT_OUT = ("tests/cell/test_live.py",)
 
 _COUNT = re.compile(r"(\d+) (passed|failed|errors?|skipped)")
@@ -29,7 +29,7 @@ _COUNT = re.compile(r"(\d+) (passed|failed|errors?|skipped)")
 
 @dataclass(frozen=True)
 class Run:
-    """The result of a test run; `output` is the end of pytest's output."""
+    """The result of a test run; `output` is the last part of pytest's output."""
 
     passed: int
     failed: int
@@ -38,17 +38,17 @@ class Run:
 
     @property
     def clean(self) -> bool:
-        """Return whether tests ran, and none failed."""
+        """Return whether tests ran and none failed."""
         return self.passed > 0 and self.failed == 0
 
 
 def run_tests(root: Path, counts: Path, workers: str, console: Console) -> Run:
-    """Run the tests that execute blocks, with progress; write the counts to a file.
+    """Run the tests that execute blocks, show progress, and write the counts to a file.
 
     Args:
         root: The repository.
         counts: The file for the counts.
-        workers: Number of processes, as pytest's `-n` takes it.
+        workers: Number of processes, in the form of pytest's option `-n`.
         console: For the progress.
     """
     shutil.rmtree(counts.parent, ignore_errors=True)

@@ -1,16 +1,16 @@
-"""The abstraction of a model of the library's blocks: a state as a few bytes, in several parts.
+"""The abstraction of a model with blocks of the library: a state as a few bytes, in several parts.
 
-It omits more than the abstraction for programs of users, because the tables of the library say
-which variables have a later effect, and the model is known:
+This abstraction omits more than the abstraction for programs of users, because the model is known,
+and tables of the library say which variables have a later effect:
 
-* Time: all scans of a model have the same interval, or one of a few that the environment chooses.
-  A TON compares the time since its start with PT and does nothing else with the time. So only the
-  ticks since its start count, and all numbers above the longest PT of the model are equal. ET is
-  read by `Tables.clock` only, which restarts its TON in every scan: there it is 0 before the first
-  scan, and then the time since the last one. Waits that are counted in milliseconds are ordinary
-  numbers; none exceeds its limit.
+* Time: all scans of a model have the same interval, or one of a few intervals that the environment
+  chooses. A TON only compares the time since its start with PT. So only the ticks since its start
+  matter, and all numbers above the longest PT of the model are equal. Only `Tables.clock` reads ET,
+  and it restarts its TON in every scan. Its ET is 0 before the first scan, and then the time since
+  the previous scan. Waits that are counted in milliseconds are ordinary numbers; none exceeds its
+  limit.
 * Words without a later effect are omitted, as the tables say.
-* All other values are replaced by an index for each value, in the order of first occurrence.
+* All other values are replaced by an index, in the order of their first occurrence.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from structured_text.language.types import ArrayType, BlockType, ElementaryType,
 __all__ = ["ModelAbstraction", "Part"]
 
 _EXPIRED = 255
-#: Pattern of the robot's members that the code of a slot uses.
+#: Pattern of members of the robot in the code of a slot.
 _ROBOT = re.compile(r"\brobot\.([A-Z0-9_.]+)")
 
 
 class Part(NamedTuple):
-    """The part of a state that covers some variables of the program.
+    """The part of a state that contains some variables of the program.
 
     `ModelAbstraction.parts` makes it.
     """
@@ -52,8 +52,8 @@ class ModelAbstraction(Abstraction):
     Args:
         program: The program, in its initial state.
         tick_us: Time of one count of a timer.
-        ticks: The longest time of any timer of the program, in ticks.
-        free: Variables of the program itself that are written before each scan.
+        ticks: Longest time of any timer in the program, in ticks.
+        free: Variables of the program that are written before each scan.
         tables: Facts about the library.
     """
 
@@ -77,11 +77,13 @@ class ModelAbstraction(Abstraction):
         return self.packed.size
 
     def parts(self, groups: Sequence[Sequence[str]]) -> list[Part]:
-        """Split the state into parts; from now on a state is the concatenation of their bytes.
+        """Split the state into parts.
+
+        From now on, a state is the concatenation of the parts' bytes.
 
         Args:
-            groups: The program's variables in each part, in upper case. The variable of the robot
-                is in the first part, and every stored variable is in exactly one part.
+            groups: Names of the program's variables in each part, in upper case. The first part
+                must contain the robot, and each stored variable must be in exactly one part.
         """
         places = {name: place for place, names in enumerate(groups) for name in names}
         self.slots.sort(key=lambda one: places[self._part_of[id(one)]])
@@ -105,13 +107,13 @@ class ModelAbstraction(Abstraction):
         thaw(state, self.now - ticks * self.tick, 0)
 
     def check_fixed(self) -> None:
-        """Check, after a scan, that the variables that the tables call fixed have not changed."""
+        """Check after a scan that variables which the tables call fixed have not changed."""
         for holder, slot, before in self._fixed:
             if repr(_held(getattr(holder, slot))) != before:
                 raise AssertionError(f"{type(holder).__name__}.{slot} is not fixed")
 
     def values(self, state: bytes) -> tuple[Any, ...]:
-        """Return the numbers in a state."""
+        """Return the numbers that a state contains."""
         return self.packed.unpack_from(state)
 
     # --- called by the generated code ---
@@ -130,7 +132,7 @@ class ModelAbstraction(Abstraction):
         return found
 
     def _ton(self, timer: Any) -> int:
-        """Return the code of a TON: 0 idle, 255 expired, else 1 plus the elapsed ticks (capped)."""
+        """Return the code of a TON: 0 if idle, 255 if expired, else 1 + elapsed ticks (capped)."""
         if timer.phase == 0:
             return 0
         if timer.phase == 2:
@@ -146,17 +148,17 @@ class ModelAbstraction(Abstraction):
             timer.phase, timer.before = 1, True
             timer.start = now - (code - 1) * self.tick
 
-    # --- the plan ---
+    # --- planning of the slots ---
 
     def plan(self, program: BuiltinProgram) -> None:
-        """Plan all variables of the model's only program."""
+        """Plan all variables of the only program of the model."""
         kind = next(iter(program.instances().values()))
         assert isinstance(kind, BlockType)
         self.walk(kind, self.root, Omitted(dropped=" ".join(self._free)), "", "")
         self._name_part()
 
     def shared_structure(self, program: BuiltinProgram) -> Any:
-        """Return the structure that the library's blocks share."""
+        """Return the structure that all blocks of the library share (the robot)."""
         return getattr(getattr(self.root, self.tables.variable), self.tables.member)
 
     def dropped(self, kind: Type, type_name: str, kept: Omitted, owner: str) -> set[str]:
@@ -164,11 +166,11 @@ class ModelAbstraction(Abstraction):
         return set(kept.dropped.upper().split())
 
     def conditional(self, type_name: str, kept: Omitted) -> Mapping[str, str]:
-        """Return the variables that are read only under a condition, by that condition."""
+        """Return the variables that are read only under a condition, as condition by variable."""
         return kept.while_true
 
     def jobs(self, type_name: str) -> dict[str, str]:
-        """Return nothing: the tables name the channels of all jobs."""
+        """Return an empty mapping: the tables already name the channels of all jobs."""
         return {}
 
     def variable(self, place: Place, slot: str, part: Type) -> None:
@@ -195,15 +197,15 @@ class ModelAbstraction(Abstraction):
             super().variable(place, slot, part)
 
     def _name_part(self) -> None:
-        """Note the variable of the program that contains the slots since the last call."""
+        """Record the program variable that contains the slots added since the last call."""
         for slot in self.slots:
             self._part_of.setdefault(id(slot), self._current)
 
     def turn(self, code: str, name: str, slot: str, *, own: bool) -> None:
-        """Plan a counter of a channel relative to its Serving, which is 0 in every state."""
+        """Plan a counter of a channel as difference from Serving. Serving itself becomes 0."""
         if slot == "LOWEST" and not own:
-            # At the end of a scan the library sets LOWEST to NextTicket, since no ticket has been
-            # seen yet.
+            # At the end of a scan the library sets LOWEST to NextTicket, because the next scan has
+            # not seen any ticket yet.
             self.slots.append(Slot(f"{code} != {name}.NEXTTICKET", f"{code} = {name}.NEXTTICKET"))
         else:
             super().turn(code, name, slot, own=own)
@@ -228,7 +230,7 @@ class ModelAbstraction(Abstraction):
 
 
 def _held(value: Any) -> Any:
-    """Return the value of a variable in a form that can be compared."""
+    """Return the value of a variable in a form that is comparable."""
     slots = getattr(value, "__slots__", None)
     if slots is None:
         return value

@@ -1,6 +1,6 @@
-"""Explore the models in several processes, print the figures and write them.
+"""Explore the models in several processes, print the figures and write them to a file.
 
-Each good outcome is saved at once. A later run uses it again if none of its inputs has changed.
+Each good outcome is saved at once. A later run reuses an outcome if its inputs are unchanged.
 """
 
 from __future__ import annotations
@@ -33,17 +33,18 @@ from structured_text.projects.needed import needed
 
 __all__ = ["EVERY_BUG", "EVERY_MODEL", "OUT", "Item", "Known", "items", "main"]
 
-#: A model of the blocks on one robot, or of robots at one area.
+#: A model of blocks on one robot, or a model of several robots at one area.
 AnyModel = Model | InterlockModel
-#: The outcome of an item: the fields of `Result`, the broken rules, the scans up to them, and the
-#: processor time [s].
+#: The outcome of an item: the fields of `Result`, the broken rules, the number of scans to them,
+#: and the processor time [s].
 Outcome = dict[str, Any]
 
-#: The folder of the saved outcomes.
+#: Folder of the saved outcomes.
 OUT = FOLDER
 EVERY_MODEL: dict[str, AnyModel] = {model.name: model for model in (*MODELS, *interlock.MODELS)}
 EVERY_BUG = (*SEEDED, *interlock.SEEDED)
-#: Inputs of an outcome besides the blocks: modules of the harness, and the grammar.
+#: Besides the blocks, a saved outcome depends on these modules and the grammar. A change in them
+#: makes it invalid.
 RULES = (
     *(f"structured_text/{name}" for name in ("engines", "explore", "language", "projects")),
     "rcx_harness/verify/explore/state_tables.py",
@@ -53,7 +54,7 @@ RULES = (
 
 @dataclass(frozen=True)
 class Item:
-    """A model to explore, or a seeded bug to find in it."""
+    """A model to explore, or a seeded bug to find in a model."""
 
     model: str
     bug: Seeded | None = None
@@ -71,9 +72,9 @@ class Item:
 
 
 def items(models: Iterable[AnyModel]) -> list[Item]:
-    """Return all items, the long ones first.
+    """Return all items, the slow items first.
 
-    Models on one robot come first, beginning with the most choices.
+    The models on one robot come first, in decreasing order of the number of choices.
     """
 
     def size(model: AnyModel) -> int:
@@ -85,12 +86,12 @@ def items(models: Iterable[AnyModel]) -> list[Item]:
 
 
 class Known:
-    """Saved outcomes of complete models without a broken rule, and of bugs that were found.
+    """Saved outcomes: of complete models without a broken rule, and of bugs that were found.
 
     Args:
-        file: The file of the outcomes.
-        seed: Seed of the checks of the abstraction.
-        fresh: Forget the saved outcomes.
+        file: File with the saved outcomes.
+        seed: Seed of the random values that check the abstraction.
+        fresh: Whether to ignore the outcomes of earlier runs.
     """
 
     def __init__(self, file: Path, seed: int, *, fresh: bool = False) -> None:
@@ -116,7 +117,7 @@ class Known:
 
 @dataclass(frozen=True)
 class _Exploring:
-    """Worker that explores a model, or searches for a seeded bug; see the command's arguments."""
+    """Worker that explores a model or searches for a seeded bug (see the command's arguments)."""
 
     library: tuple[Path, ...]
     limit: int
@@ -139,16 +140,16 @@ class _Exploring:
 
 
 def _search(model: AnyModel, library: Sequence[Path], limit: int, seed: int) -> Result:
-    """Explore a model, to its end or to this number of states."""
+    """Explore a model completely, or up to a number of states."""
     if isinstance(model, InterlockModel):
         return interlock.explored(model, library, limit, seed)
     return Explorer(model, library, seed).run(limit)
 
 
 def _draw(item: Item, model: AnyModel, broken: Broken, library: Sequence[Path]) -> tuple[str, ...]:
-    """Replay a trace and write it with its chart; return the rules that the replay breaks.
+    """Replay a trace, write it with its chart, and return the rules that the replay breaks.
 
-    A trace of robots at one area is written in words.
+    For several robots at one area, the trace is a description in words.
     """
     folder = OUT / "explore"
     folder.mkdir(parents=True, exist_ok=True)
@@ -197,7 +198,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _outcomes(
     work: Sequence[Item], chosen: argparse.Namespace, console: Console
 ) -> dict[Item, Outcome]:
-    """Return the outcome of every item, in their order; run those that are not saved."""
+    """Return the outcome of every item in their order; run items without a saved outcome."""
     own = chosen.lib is None
     library = LIBRARY if own else tuple(sorted(chosen.lib.rglob("*.st")))
     known = Known(OUT / "explore.jsonl", chosen.seed, fresh=chosen.fresh) if own else None
@@ -236,7 +237,7 @@ def _print(console: Console, outcomes: Mapping[Item, Outcome]) -> None:
 
 
 def _end(item: Item) -> str:
-    """Return the end of waiting: a free channel, or a robot that is granted the area."""
+    """Return the event that ends a wait: a free channel, or a robot that is granted the area."""
     return "granted" if isinstance(EVERY_MODEL[item.model], InterlockModel) else "free"
 
 

@@ -1,4 +1,4 @@
-"""Contract of the outputs of one block after a scan: the rules of PLCopen, and its ends."""
+"""Contract of a block's outputs after a scan: the rules of PLCopen, and rules about its end."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ class Pins(NamedTuple):
 
     @property
     def shown(self) -> int:
-        """Return how many of Done, Busy and Error are true."""
+        """Return how many of Done, Busy and Error are TRUE."""
         return int(self.done) + int(self.busy) + int(self.error)
 
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """The part of a block that the oracle judges.
+    """The values of a block that the oracle judges.
 
     Attributes:
-        pins: Its outputs.
-        first: Response[1] of a command block; 0 for another block.
-        works: It is Busy, or stops.
+        pins: Outputs of the block.
+        first: Response[1] of a command block; 0 for other blocks.
+        works: The block is Busy, or it is stopping.
     """
 
     pins: Pins
@@ -50,10 +50,10 @@ class Link:
     """The values that were read in a scan.
 
     Attributes:
-        connected: The scanner's status.
+        connected: Connection status of the PLC's scanner.
         status: SOW(0); 0 without a connection.
-        so: Dedicated outputs; 0 without a connection.
-        was_up: There was a connection in the scan before.
+        so: Dedicated outputs of the controller; 0 without a connection.
+        was_up: There was a connection in the previous scan.
     """
 
     connected: bool
@@ -68,19 +68,19 @@ class Link:
 
     @property
     def judged(self) -> bool:
-        """Return whether there is a connection, and there was one in the scan before."""
+        """Return whether there is a connection, and also was one in the previous scan."""
         return self.connected and self.was_up
 
 
 def link_of(situation: Situation, was_up: bool) -> Link:
-    """Return the values read in a scan; `was_up`: the scan before had a connection."""
+    """Return the values that are read in a scan. `was_up`: the previous scan had a connection."""
     connected = situation.connected
     status, so = (situation.status, situation.so) if connected else (0, 0)
     return Link(connected, status, so, was_up)
 
 
 class Case(NamedTuple):
-    """A block that is called in a scan."""
+    """A block that is called in a scan, with the values that the contract needs."""
 
     block: Block
     up: bool
@@ -119,14 +119,14 @@ def contract(case: Case) -> Iterator[str]:
         yield f"contract: {block.name}: no Busy in the call of the rising edge"
     elif now[:4] != ((False, False, False, 0) if not up else was[:4]):
         yield f"contract: {block.name}: {was} became {now} with Execute {up}"
-    # The response is read in the scan in which the end status is read (design 2).
+    # The block copies the response in the scan in which it reads the end status (design 2).
     must_end = block.kind == "command" and case.out and case.link.status in ENDS
     if now.busy and was.busy and must_end and not case.missed:
         yield f"answer: {block.name} does not end with the status 0x{case.link.status:04X}"
 
 
 def _ended(case: Case) -> Iterator[str]:
-    """Yield the violations of the conditions for an end."""
+    """Yield the violations of the conditions under which a block may end."""
     block, now, link = case.block, case.seen.pins, case.link
     if now.error_id == 0x8001 and link.connected:
         yield f"answer: {block.name}: 16#8001 with a connection"

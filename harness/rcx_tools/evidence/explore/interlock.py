@@ -1,17 +1,18 @@
-"""All states of FB_Interlock with three robots at one shared area and any behaviour of each.
+"""All states of FB_Interlock with up to three robots at one shared area.
 
 Before each scan up to `at_once` robots change one of their inputs: Enable, Outside, Acknowledge,
-whether link and servos are there, and whether the instance is called at all. There is no
-controller. The program sets the values that the block reads of its Robot. `_Judge` uses only the
-inputs and Valid, Busy and Error, never the internal variables of the block.
+whether link and servos are ready, and whether the instance is called at all. There is no
+controller. The program sets the values of Robot that the block reads. `_Judge` uses only the inputs
+and Valid, Busy and Error, never the internal variables of the block.
 
-A second check starts from every reachable state. A robot that keeps requesting must get the area
-once the others have left. The others leave by one input per scan, in the order of their numbers.
-When all others have left, it gets the area within `_PROMPT` scans with any behaviour of the others.
+A second check starts from every reachable state. If a robot keeps requesting and the other robots
+leave, it must get the area. The other robots leave by one input per scan, in the order of their
+numbers. When all have left, the robot must get the area within `_PROMPT` scans, whatever the others
+did before.
 
-A state leaves out the tickets' origin, gaps of more than one, the phase of the beat, and the number
-of the scan. To check that they have no effect, some scans are repeated with arbitrary values for
-them.
+A state omits the origin of the tickets, gaps of more than one, the phase of the beat, and the
+number of the scan. To check that they have no effect, some scans are repeated with arbitrary values
+for them.
 """
 
 from __future__ import annotations
@@ -36,9 +37,9 @@ from structured_text.projects.needed import needed
 
 __all__ = ["MODELS", "SEEDED", "InterlockModel", "explored", "replay", "told"]
 
-#: Most scans from a free area to a grant, with any number of requests given up before.
+#: Limit of the scans from a free area to a grant, however many requests were given up before.
 _PROMPT = 5
-#: Scans in a replay of a hang, in which the grant should come.
+#: Number of scans that the replay of a hang shows. The grant should happen within them.
 _SHOWN = 40
 _WIDE = 1 << 32
 
@@ -48,13 +49,13 @@ class InterlockModel:
     """A model of robots at one shared area.
 
     Attributes:
-        name: One word.
-        title: Its subject.
+        name: Short name.
+        title: Subject of the model.
         robots: Number of robots.
-        moves: The inputs that change: of `go out ack ready called`.
-        at_once: Most robots that change an input before one scan.
-        timeout: Time limit of the last robot in scans; 0 = no limit.
-        tick_ms: Time from scan to scan.
+        moves: Inputs that may change, out of `go out ack ready called`.
+        at_once: Largest number of robots that change an input before one scan.
+        timeout: Time limit of the last robot in scans; 0 means no limit.
+        tick_ms: Interval of the scans [ms].
     """
 
     tick_ms: ClassVar[int] = 10
@@ -66,11 +67,11 @@ class InterlockModel:
     timeout: int = 0
 
     def limit_ms(self, robot: int) -> int:
-        """Return the pin Timeout of a robot; 0 = no limit."""
+        """Return the value of the pin Timeout of a robot; 0 means no limit."""
         return self.timeout * self.tick_ms if robot == self.robots - 1 else 0
 
     def write(self, folder: Path) -> Path:
-        """Write the program into a folder."""
+        """Write the program of the model into a folder."""
         path = folder / "Interlocks.st"
         path.write_text(_program(self), encoding="utf-8")
         return path
@@ -86,7 +87,7 @@ MODELS = (
 
 
 class _Seat(NamedTuple):
-    """One robot's inputs, and the judge's memory of it."""
+    """The inputs of one robot, and what the judge remembers about the robot."""
 
     go: bool = False
     out: bool = False
@@ -115,7 +116,7 @@ class _Seat(NamedTuple):
     """Number of scans that it has waited while no robot had the area or gave up before it."""
 
 
-#: Inputs that change before a scan: the robot and the name of each.
+#: Inputs that change before a scan, each as robot and name of the input.
 _Changes = tuple[tuple[int, str], ...]
 
 
@@ -128,13 +129,14 @@ class _Choice(NamedTuple):
 
 @dataclass(frozen=True)
 class _State:
-    """All values with a later effect: the judge's seats, and the variables of the program."""
+    """All values with a later effect: the seats of the judge, and variables of the program."""
 
     seats: tuple[_Seat, ...]
     inner: tuple[Any, ...]
 
 
-#: Variables of each instance, except its tickets. All others are written before they are read.
+#: Variables of each instance that are part of a state. Tickets are added separately. All other
+#: variables are written before they are read.
 _KEPT = (
     *("KNOWN", "WASENABLE", "WASREADY", "GRANTED", "WAITING", "HOLDS", "KEPT", "ERRORID"),
     *("BUSY", "WAITED", "LONGEST"),
@@ -155,7 +157,7 @@ class _World(World[_Choice]):
         self._area = self._root.AREA
         inputs = ("GO", "OUT", "ACK", "READY", "CALLED")  # the first fields of a seat
         self._inputs = [[f"{name}{k}" for name in inputs] for k in robots]
-        self._judged = cache(_judged)  # many scans have the same inputs and outputs
+        self._judged = cache(_judged)  # cached, because many scans have the same inputs and outputs
         self.every = [_Choice(k, one) for k, one in enumerate(_changes(model))]
         self._states: dict[bytes, _State] = {}
         seat = _Seat(out="out" not in model.moves, ready="ready" not in model.moves)
@@ -187,12 +189,12 @@ class _World(World[_Choice]):
             raise AssertionError(f"{self._model.name}: tickets have an effect: {here} {choice}")
 
     def added(self) -> None:
-        """Record for a new state which robots still request the area."""
+        """Record for a new state which robots still request the area and do not have it."""
         for wait in self._waits:
             wait.add(self._after)
 
     def entered(self, state: bytes) -> None:
-        """Record how the other robots leave, from the state that is explored next."""
+        """Record how the other robots leave in the state that is explored next."""
         for wait in self._waits:
             wait.quiet = self._numbers[leaving(self._states[state].seats, wait.robot)]
 
@@ -202,7 +204,7 @@ class _World(World[_Choice]):
             wait.follow(number, choice, following)
 
     def look(self, result: Result, states: Paths) -> None:
-        """Search for a robot that never gets the area."""
+        """Search for a robot that never gets the area although all others leave."""
         for wait in self._waits:
             title = f"robot {wait.robot + 1} keeps asking, the others leave"
             bound, stuck, _ = longest(wait.nexts, wait.ends)
@@ -277,7 +279,7 @@ class _World(World[_Choice]):
 
 
 class _Wait:
-    """The graph of states of a robot that keeps requesting while the others leave."""
+    """The graph of states in which one robot keeps requesting and the others leave."""
 
     def __init__(self, robot: int, start: Sequence[_Seat]) -> None:
         self.robot, self.quiet = robot, 0
@@ -285,19 +287,22 @@ class _Wait:
         self.add(start)
 
     def add(self, seats: Sequence[_Seat]) -> None:
-        """Add a state; it is an end if the robot has the area, or does not request it."""
+        """Add a state; it is an end if the robot has the area, has failed, or does not request."""
         seat = seats[self.robot]
         self._failed.append(seat.failed)
         self.ends.append(seat.valid or seat.failed or not (seat.go and seat.called))
 
     def follow(self, number: int, choice: _Choice, following: int) -> None:
-        """Add the step of the leaving robots; a step into an error becomes a loop, hence a hang."""
+        """Add the step in which the others leave.
+
+        If the robot fails in that step, the state becomes a loop, which is reported as a hang.
+        """
         if choice.number == self.quiet:
             self.nexts.append(number if self._failed[following] else following)
 
 
 def leaving(seats: Sequence[_Seat], alone: int) -> _Changes:
-    """Return the next change of the other robots in order to leave; empty if all have left."""
+    """Return the next change by which the other robots leave; empty if all have left."""
     for k, seat in enumerate(seats):
         if k == alone:
             continue
@@ -310,9 +315,9 @@ def leaving(seats: Sequence[_Seat], alone: int) -> _Changes:
 
 
 def _closer(numbers: Sequence[int], held: Sequence[int]) -> list[int]:
-    """Return the numbers from 0 on, in the same order with the same neighbours, without gaps.
+    """Return the numbers in the same order from 0 on, with smaller gaps and the same neighbours.
 
-    Numbers are signed, as in the comparison of tickets. A distance of one stays only behind a
+    Numbers are signed, as in the comparison of tickets. A distance of one is preserved only after a
     ticket that is `held`, because the turn advances by one only from such a ticket.
     """
     signed = {one: (one + _WIDE // 2) % _WIDE - _WIDE // 2 for one in numbers}
@@ -325,7 +330,7 @@ def _closer(numbers: Sequence[int], held: Sequence[int]) -> list[int]:
 
 
 def _disturbed(inner: tuple[Any, ...], random: Random) -> tuple[Any, ...]:
-    """Return an equivalent state with another origin, wider gaps and the other phase."""
+    """Return an equivalent state with another origin, wider gaps and a random phase."""
     holders, first, after, rows, waits, _ = inner
     beat, origin, wide = bool(random.randrange(2)), random.randrange(_WIDE), random.randrange(1, 99)
     held = [first, after, *(one for wait in waits if wait for one in wait[:2])]
@@ -350,8 +355,8 @@ def _judged(
     """Judge a scan from outside; return the seats after it, and the broken rules.
 
     Args:
-        before: The seats after the last scan.
-        now: The same with the inputs of this scan.
+        before: The seats after the previous scan.
+        now: The same seats with the inputs of this scan.
         shown: Valid, Busy and ErrorID of each robot.
     """
     broken: list[str] = []
@@ -391,7 +396,7 @@ def _judged(
 
 
 def _contract(k: int, was: _Seat, seat: _Seat, shown: tuple[bool, bool, int]) -> list[str]:
-    """Return the broken rules of one robot that was called."""
+    """Return the rules that one robot breaks; the robot was called in this scan."""
     valid, busy, number = shown
     name = f"robot {k + 1}"
     broken = []
@@ -407,7 +412,7 @@ def _contract(k: int, was: _Seat, seat: _Seat, shown: tuple[bool, bool, int]) ->
 
 
 def _safety(before: Sequence[_Seat], after: Sequence[_Seat]) -> Iterator[str]:
-    """Yield violations of mutual exclusion: an owner while another robot owns or may be inside."""
+    """Yield violations of mutual exclusion: a robot owns the area while another may be in it."""
     for k, seat in enumerate(after):
         if not (seat.valid and seat.called):
             continue
@@ -454,7 +459,7 @@ def explored(
 def replay(
     model: InterlockModel, broken: Broken, library: Sequence[Path] = LIBRARY
 ) -> tuple[str, ...]:
-    """Replay the path to a broken rule from the start, without abstraction; return the rules."""
+    """Replay the path to a broken rule from the start without abstraction; return broken rules."""
     world = _World(model, library)
     seats, rules = world.start, []
     for choice in broken.path:

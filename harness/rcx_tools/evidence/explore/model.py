@@ -1,4 +1,4 @@
-"""Models: a few blocks in a program, and everything that their environment may do."""
+"""Models: a program with a few blocks, and everything that its environment may do."""
 
 from __future__ import annotations
 
@@ -12,24 +12,26 @@ from rcx_harness.spec.wire import ABNORMAL_END, NORMAL_END, READY, RUN
 
 __all__ = ["DOWN", "SKIPPED", "UP", "Block", "Choice", "Model", "Quiet", "Situation", "Wire"]
 
-#: Treatment of a block in a scan: its Execute or Enable is FALSE or TRUE, or it is not called.
+#: What happens to a block in a scan: Execute or Enable is FALSE, it is TRUE, or the block is not
+#: called.
 DOWN, UP, SKIPPED = 0, 1, 2
 
 
 @dataclass(frozen=True)
 class Block:
-    """One instance of a block in a model.
+    """An instance of a block in a model.
 
     Attributes:
         name: Name of the instance.
         type: Type of the block.
-        pins: Its other arguments, as they stand in the call.
+        pins: The other arguments of the call, as text.
         kind: How the oracle judges it: `command`, `jog`, `continuous`, `sequence`, `emergency`,
             `release emergency`, `stop`, `release stop`, `level` or `job`.
-        code: The code of its remote command.
-        bits: Dedicated inputs that it switches on, as numbers of bits (12 octal is bit 10).
-        answer: For a sequence: (mask, value) of the dedicated outputs that confirm it.
-        does: Which of DOWN, UP, SKIPPED the environment may choose.
+        code: Code of the remote command.
+        bits: Numbers of the dedicated inputs that the block switches on (SI(12), octal, is bit 10).
+        answer: For a sequence block: mask and value of the dedicated outputs that confirm the
+            input.
+        does: The values out of DOWN, UP, SKIPPED that the environment may choose.
     """
 
     name: str
@@ -43,12 +45,12 @@ class Block:
 
     @property
     def start(self) -> str:
-        """Return the name of the pin that starts it."""
+        """Return the name of the pin that starts the block."""
         return "Enable" if self.kind in ("jog", "continuous", "level") else "Execute"
 
     @property
     def is_level(self) -> bool:
-        """Return whether it works while its pin is TRUE."""
+        """Return whether the block works as long as its pin is TRUE."""
         return self.start == "Enable"
 
     @property
@@ -61,11 +63,11 @@ class Block:
 
 @dataclass(frozen=True, eq=False)
 class Situation:
-    """The values that the PLC reads in a scan; compared by identity.
+    """The values that the PLC reads in a scan. Situations are compared by identity.
 
     Attributes:
         label: Description in words.
-        connected: The scanner's status.
+        connected: Connection status of the PLC's scanner.
         status: SOW(0).
         so: Dedicated outputs, bytes m + 32 and m + 33 as one word.
     """
@@ -86,7 +88,7 @@ class Wire(NamedTuple):
 
 
 class Choice(NamedTuple):
-    """Everything that the environment chooses for one scan."""
+    """All choices of the environment for one scan."""
 
     number: int
     ticks: int
@@ -103,10 +105,12 @@ class Quiet(NamedTuple):
 
     Attributes:
         title: Description in words.
-        does: Treatment of each block: DOWN or SKIPPED.
-        situation: The label of the situation that is read, by the values on the wire.
-        idle_blocks: TRUE: it ends when no block is busy. FALSE: the channels must be free as well.
-        most: Most scans until it has ended; 0 = any number.
+        does: Treatment of all blocks: DOWN or SKIPPED.
+        situation: Function that returns the label of the next situation from the values on the
+            wire.
+        idle_blocks: If TRUE, the end is reached when no block is busy. If FALSE, the channels must
+            also be free.
+        most: Limit of the scans until the end; 0 means no limit.
     """
 
     title: str
@@ -121,22 +125,23 @@ class Model:
     """A program and its environment.
 
     Attributes:
-        name: One word.
-        title: Its subject.
+        name: Short name.
+        title: Subject of the model.
         blocks: The blocks in the order of their calls.
-        situations: Situations that a scan can read; any may follow any other.
+        situations: Situations that a scan can read. Any situation may follow any other.
         pins: Possible values of (EmergencyStopOk, StopOk).
-        quiet: Environments in which everything must come to its end.
-        tick_ms: Unit of time; every scan comes one of `gaps` ticks after the last.
+        quiet: Environments in which all work must end.
+        tick_ms: Unit of time [ms]. Every scan comes one of `gaps` ticks after the previous scan.
         gaps: See `tick_ms`.
-        margin_ms: Pin Margin of FB_WriteArea.
+        margin_ms: Value of the pin Margin of FB_WriteArea.
         longest_ms: The longest time of any timer.
-        queue: Most tickets on a channel. A block that gives up while it waits leaves its ticket
-            behind until the turn continues: without a limit there is no last state.
-        variables: More declarations of the program.
-        statements: The first statements of the program.
-        switches: More BOOL variables of the program that the environment sets, with the values
-            that it may choose.
+        queue: Limit of the tickets on a channel. A block that gives up while it waits leaves its
+            ticket behind until the turn continues. Without a limit the number of states would be
+            infinite.
+        variables: Additional declarations of the program.
+        statements: Additional statements at the start of the program.
+        switches: Additional BOOL variables of the program that the environment sets, each with its
+            possible values.
     """
 
     name: str
@@ -184,7 +189,7 @@ class Model:
         )
 
     def free(self) -> set[str]:
-        """Return the variables that are set before each scan, or only written by the program."""
+        """Return the variables that are set before each scan, or that the program only writes."""
         names = {"InputArea", "OutputArea", "Connected", "EmergencyStopOk", "StopOk"}
         names |= {"CallRead", "CallWrite"}
         names |= {f"{what}{one.name}" for one in self.blocks for what in ("Go", "Call")}
@@ -229,7 +234,7 @@ class Model:
         return Choice(number, gap, situation, *pins, does, bytes(image), tuple(values))
 
     def tell(self, choice: Choice) -> str:
-        """Describe a choice in words."""
+        """Return a description of a choice in words."""
         parts = [choice.situation.label]
         parts += [
             f"{block.name} {'not called' if do == SKIPPED else 'up' if do == UP else 'down'}"
@@ -246,7 +251,7 @@ class Model:
         return ", ".join(parts)
 
     def switch_names(self) -> set[str]:
-        """Return the model's own BOOL variables, in upper case."""
+        """Return the names of the model's additional BOOL variables, in upper case."""
         return {name.upper() for name in self.switches or ()}
 
     def write(self, folder: Path) -> Path:
@@ -257,5 +262,8 @@ class Model:
 
 
 def response(status: int) -> int:
-    """Return SOW(1) for a status: each status has its own value, so that a late copy is visible."""
+    """Return SOW(1) for a status.
+
+    Each status has its own value, so that a late copy of the response is detected.
+    """
     return {READY: 0, RUN: 0, NORMAL_END: 0x1234, ABNORMAL_END: 12}[status]

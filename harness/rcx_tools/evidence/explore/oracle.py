@@ -1,11 +1,12 @@
-"""Rules for every scan of an exploration, taken from the manual and the design alone.
+"""Rules for every scan of an exploration, taken only from the manual and the design.
 
-The oracle sees what a user sees: the values read, the calls of the blocks, the values written, and
-the blocks' outputs. It does not see tickets, phases or timers inside.
+The oracle uses only values that are visible to a user: the values read, the calls of the blocks,
+the values written, and the outputs of the blocks. It does not use internal tickets, phases or
+timers.
 
-Each group of rules is a function of a few values, and most scans repeat the values of others. The
-results are therefore cached (`functools.cache`). A value of many parts is created only once, and
-then compared by identity.
+Each group of rules is a function of a few values, and most scans repeat values of earlier scans.
+The results are therefore cached (`functools.cache`). A value with many parts is created only once
+and then compared by identity.
 """
 
 from __future__ import annotations
@@ -29,12 +30,13 @@ __all__ = ["Oracle"]
 
 _SI00, _SI06 = 0x0001, 0x0040
 _SAFETY = _SI00 | _SI06
-#: Inputs that start something, and levels that must be ON: chapter 5, 2, SI(01), and 3.2.
+#: Inputs that start something, each with the levels that must be ON: SI(01) needs SI(00) (chapter
+#: 5, 2), other starts need SI(00) and SI(06) (chapter 5, 3.2).
 _NEEDS = ((0x0002, _SI00), (0x9400, _SAFETY))
 _CONTINUOUS = (0x0505, 0x0506)
 _INTERVAL_US = 100_000
 
-# One byte of flags of the whole cell.
+# Flags of the whole cell, in one byte.
 _HELD_E, _HELD_S, _BACK_E, _BACK_S, _QUIT, _STOPPED, _UP, _RAN = (1 << bit for bit in range(8))
 # Flags of each block.
 _WAS, _ASKED, _MISSED, _OUT = 1, 2, 4, 8
@@ -44,15 +46,15 @@ _HEAD = 7
 
 @dataclass(frozen=True, eq=False)
 class _Turn:
-    """The values of a block that matter for its turn.
+    """The values of a block that are relevant for its turn.
 
     Attributes:
-        called: It was called.
-        started: It was asked to work in this scan.
-        missed: It missed a call in some scan since then.
-        was_active: Active before the scan.
-        busy: Busy after the scan.
-        active: Active after the scan.
+        called: The block was called in this scan.
+        started: The block was started in this scan.
+        missed: The block was not called in some scan since its start.
+        was_active: Active was TRUE before the scan.
+        busy: Busy is TRUE after the scan.
+        active: Active is TRUE after the scan.
     """
 
     called: bool
@@ -65,14 +67,14 @@ class _Turn:
 
 @dataclass(frozen=True, eq=False)
 class _Hold:
-    """The values of a block that matter for the dedicated inputs it sets or holds.
+    """The values of a block that are relevant for the dedicated inputs it switches on or holds OFF.
 
     Attributes:
-        does: Its treatment in this scan.
-        started: It was asked to work in this scan.
-        works: Busy before or after the scan.
-        was_up: Its Execute was TRUE in its last call.
-        failed: It was busy and shows an error now.
+        does: Treatment of the block in this scan: DOWN, UP or SKIPPED.
+        started: The block was started in this scan.
+        works: Busy was TRUE before the scan, or is TRUE after it.
+        was_up: Execute was TRUE in the last call.
+        failed: The block was busy and now shows an error.
     """
 
     does: int
@@ -83,7 +85,7 @@ class _Hold:
 
 
 class _One(NamedTuple):
-    """The judgement of one block in a scan."""
+    """The result of judging one block in a scan."""
 
     flags: int
     turn: _Turn
@@ -92,7 +94,7 @@ class _One(NamedTuple):
 
 
 class _Memory(NamedTuple):
-    """The oracle's memory, unpacked."""
+    """The memory of the oracle as separate values."""
 
     was: Wire
     words: int
@@ -104,7 +106,7 @@ class _Memory(NamedTuple):
 
 
 class Oracle:
-    """Judge of consecutive scans; its memory of a few bytes is part of the explored state."""
+    """Judge of consecutive scans. Its memory of a few bytes is part of the explored state."""
 
     def __init__(self, model: Model, root: Any) -> None:
         self.blocks = model.blocks
@@ -137,7 +139,7 @@ class Oracle:
         return bytes(_HEAD + 2 * len(self.blocks))
 
     def wire(self, memory: bytes) -> Wire:
-        """Return the values written last."""
+        """Return the values that were written in the previous scan."""
         return self._recalled(memory).was
 
     def _recall(self, memory: bytes) -> _Memory:
@@ -149,7 +151,7 @@ class Oracle:
         return _Memory(was, index, since, clear, flags, memory[_HEAD:middle], memory[middle:])
 
     def seen(self, k: int) -> Seen:
-        """Return the present outputs of a block."""
+        """Return the present outputs of block k."""
         block, o = self.blocks[k], self._held[k]
         works = bool(o.BUSY or getattr(o, "STOPPING", False))
         if block.is_level:
@@ -184,20 +186,20 @@ class Oracle:
         """Judge a scan.
 
         Args:
-            memory: The memory after the scan before.
-            choice: The environment's choice.
-            before: The blocks' outputs before the scan.
-            now: The blocks' outputs after the scan.
-            written: The result of `written` after the scan.
+            memory: Memory after the previous scan.
+            choice: Choice of the environment.
+            before: Outputs of the blocks before the scan.
+            now: Outputs of the blocks after the scan.
+            written: Result of `written` after the scan.
 
         Returns:
             The new memory, and the broken rules in words.
         """
         was, old_words, since, clear, flags, own, places = self._recalled(memory)
-        # The handshake of commands and the dedicated inputs are judged separately, with their own
-        # clocks: `clear` counts ticks since the link recovered, `since` counts ticks since the
-        # inputs changed. Both stop at the interval, so that the memory has few values and the
-        # exploration stays finite.
+        # Commands and dedicated inputs are judged separately, with separate clocks. `clear` counts
+        # the ticks since the link recovered. `since` counts the ticks since the inputs changed.
+        # Both stop at the interval. The memory therefore has few values, and the exploration stays
+        # finite.
         words, bits = written
         link = self._link(choice.situation, bool(flags & _UP))
         held, turns, holds = [], [], []
@@ -246,7 +248,7 @@ class Oracle:
         if do == SKIPPED:
             flags |= _MISSED if old.busy else 0
         else:
-            # A block has a request if its edge came after the last loss of the link.
+            # A block has a request if its edge came after the last loss of the link (or of CPU_OK).
             if not link.connected or (block.code and not link.cpu_ok):
                 flags &= ~_ASKED
             if edge and (block.is_level or not old.busy):
@@ -270,8 +272,9 @@ class Oracle:
         """Judge the turns: first come, first served; one holder at a time (design 2).
 
         Args:
-            places: For each block its place in the order of requests; 0 = it does not wait.
-            turns: The values of each block.
+            places: For each block its place in the order of requests; 0 means that it does not
+                wait.
+            turns: Values of each block that are relevant for its turn.
 
         Returns:
             The new `places`, and the broken rules.
@@ -307,16 +310,17 @@ class Oracle:
         """Judge the handshake (guide, chapters 1 and 2).
 
         Args:
-            was: The values that were on the wire.
-            old: The index of the words that were there.
-            new: The index of the words that are there now.
-            link: The values read.
-            flags: The flags of the memory.
+            was: Values that were on the wire before the scan.
+            old: Index of the words that were on the wire before the scan.
+            new: Index of the words that are on the wire now.
+            link: Values that the PLC has read.
+            flags: Flags of the cell in the oracle's memory.
             clear: Time since link and CPU_OK are ON.
-            asked: Whether the block of the present code has a request.
+            asked: Whether the block with the present code has a request.
 
         Returns:
-            The new `clear` and `flags`, whether that block's code has gone out, and broken rules.
+            The new `clear` and `flags`, whether a requested code went out in this scan, and the
+            broken rules.
         """
         code, broken = self._codes[new], []
         if code and not link.cpu_ok:
@@ -376,15 +380,16 @@ class Oracle:
         allowed: tuple[bool, bool],
         starts: tuple[bool, ...],
     ) -> tuple[int, tuple[str, ...]]:
-        """Judge the dedicated inputs: changes one at a time, 100 ms apart (chapter 5, 3; design 2).
+        """Judge the dedicated inputs: one change at a time, 100 ms apart (chapter 5, 3; design 2).
 
         Args:
-            was: The dedicated inputs that were on the wire.
-            bits: The dedicated inputs that are there now.
-            since: Time since their last change.
-            link: The values read.
-            allowed: EmergencyStopOk and StopOk.
-            starts: Whether each block has a request and is busy; only used if an input went ON.
+            was: Dedicated inputs that were on the wire before the scan.
+            bits: Dedicated inputs that are on the wire now.
+            since: Time since the last change of a dedicated input.
+            link: Values that the PLC has read.
+            allowed: Values of EmergencyStopOk and StopOk.
+            starts: Whether each block has a request and is busy. This is only used if an input went
+                ON.
 
         Returns:
             The new `since`, and the broken rules.
@@ -421,7 +426,7 @@ class Oracle:
     def _judge_holds(
         self, flags: int, bits: int, holds: tuple[_Hold, ...]
     ) -> tuple[int, tuple[str, ...]]:
-        """Judge the holds of FB_EmergencyStop and FB_ProgramStop: their input is OFF."""
+        """Judge the holds of FB_EmergencyStop and FB_ProgramStop: their input must stay OFF."""
         for block, one in zip(self.blocks, holds, strict=True):
             which = block.kind.removeprefix("release ")
             held, back = {"emergency": (_HELD_E, _BACK_E), "stop": (_HELD_S, _BACK_S)}.get(
@@ -452,7 +457,10 @@ class Oracle:
     def _jog(
         self, flags: int, bits: int, k: int, does: int, connected: bool, stop_ok: bool
     ) -> tuple[int, tuple[str, ...]]:
-        """Judge a jog: SI(06) is OFF without Enable (guide 4.2.6), and ON before any code."""
+        """Judge a jog: while it is out without Enable, SI(06) must be OFF (guide 4.2.6).
+
+        SI(06) must then be ON again before the next code goes out; `_goes_out` checks this.
+        """
         broken: tuple[str, ...] = ()
         if k >= 0 and self.blocks[k].kind == "jog":
             if does != UP:

@@ -1,4 +1,4 @@
-"""Replay of a found trace on the concrete program: no abstraction, real times, two monitors."""
+"""Replay of a trace on the concrete program, with real times and two monitors."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from structured_text.explore.search import Broken
 
 __all__ = ["Replay", "replay"]
 
-#: Scans of the quiet environment to show for a hang.
+#: Number of scans of the quiet environment that the replay of a hang shows.
 _SHOWN = 40
 
 
@@ -26,10 +26,11 @@ class Replay:
     """The result of a replay.
 
     Attributes:
-        trace: Its records; a broken rule is a finding.
-        timeline: The same run for a chart.
-        rules: Broken rules in words, from the oracle.
-        monitor: Findings of the wire monitor of all simulations for the same scans.
+        trace: Records of the replay. A broken rule is a finding.
+        timeline: The same run as data for a chart.
+        rules: Rules that the oracle found broken, in words.
+        monitor: Findings of the wire monitor, which also checks all simulations, for the same
+            scans.
     """
 
     def __init__(self, trace: Trace, timeline: Timeline) -> None:
@@ -48,10 +49,10 @@ def replay(
     """Replay the shortest trace to a broken rule from the start.
 
     Args:
-        model: The model in which it was found.
-        broken: The broken rule.
-        library: The library in which it was found.
-        file: The file for the trace.
+        model: Model in which the rule was broken.
+        broken: The broken rule with its trace.
+        library: Library in which the rule was broken.
+        file: File to which the trace is written.
     """
     program = compiled(model, library)
     oracle = Oracle(model, program.holder("Main"))
@@ -94,7 +95,7 @@ def replay(
 
 
 def _watched(model: Model) -> list[str]:
-    """Return the pins of the blocks, and the variables that show who has the turns."""
+    """Return the pins of the blocks, and the variables that show which block has the turn."""
     names = ["Connected", "StopOk", "EmergencyStopOk"]
     for block in model.blocks:
         pins = ("Busy", "Valid" if block.is_level else "Done", "Error", "ErrorID")

@@ -37,11 +37,12 @@ def compiled(model: Model, library: Sequence[Path] = LIBRARY) -> BuiltinProgram:
 
 
 class _Robot(NamedTuple):
-    """The state of the robot that matters.
+    """Values of the robot that matter for the search.
 
     Attributes:
-        is_free: No turn is taken, and no command is out.
-        queue: Tickets in the longer queue, with those of blocks that have given up.
+        is_free: No block has a turn, and no command is out.
+        queue: Number of tickets in the longer queue, including tickets of blocks that have given
+            up.
     """
 
     is_free: bool
@@ -49,11 +50,11 @@ class _Robot(NamedTuple):
 
 
 class Explorer(World[Choice]):
-    """The explored world of one model.
+    """A model as a world that the search explores.
 
     Args:
         model: The model.
-        library: Files of the library; a seeded bug comes in here.
+        library: Files of the library, possibly with a seeded bug.
         seed: Seed of the arbitrary values that check the abstraction.
     """
 
@@ -81,7 +82,7 @@ class Explorer(World[Choice]):
         self._now_quiet: list[Choice] = []
 
     def run(self, limit: int = 0) -> Result:
-        """Explore every state; see `Search.run`."""
+        """Explore every state of the model; see `Search.run`."""
         search = Search(self, self._choices, self._seed)
         return search.run(self._model.name, limit)
 
@@ -90,14 +91,17 @@ class Explorer(World[Choice]):
         return self._packed.pack(*self._stages.first) + self._oracle.initial()
 
     def choices(self, state: bytes) -> Sequence[Choice]:
-        """Return the possible choices in a state."""
+        """Return the possible choices of the environment in a state."""
         self._here = self._packed.unpack_from(state)
         self._memory = state[self._packed.size :]
         self._entries.clear()
         return self._choices
 
     def step(self, state: bytes, choice: Choice) -> tuple[bytes, list[str]]:
-        """Run a scan with this choice; `choices` must have been called for the state before."""
+        """Run a scan with this choice.
+
+        `choices` must have been called for this state before.
+        """
         entered = self._entries.get(choice.ticks)
         if entered is None:
             entry = self._stages.entry(self._here, choice.ticks)
@@ -109,7 +113,7 @@ class Explorer(World[Choice]):
         return self._packed.pack(*end.state) + after, broken
 
     def is_cut(self) -> bool:
-        """Return whether the queue exceeds the limit of the model."""
+        """Return whether the queue exceeds the model's limit; such a state is not explored."""
         return bool(self._after.shared.queue > self._model.queue)
 
     def added(self) -> None:
@@ -118,18 +122,18 @@ class Explorer(World[Choice]):
         self._idle[1].append(not any(one.works for one in self._after.notes[1:-1]))
 
     def entered(self, state: bytes) -> None:
-        """Record the choices of the quiet environments in the state explored next."""
+        """Record the choices of the quiet environments in the state that is explored next."""
         wire = self._oracle.wire(state[self._packed.size :])
         self._now_quiet = [choice[wire] for choice in self._quiet]
 
     def followed(self, number: int, choice: Choice, following: int) -> None:
-        """Record the successors in the quiet environments."""
+        """Record the states that follow in the quiet environments."""
         for k, one in enumerate(self._now_quiet):
             if one.number == choice.number:
                 self._nexts[k].append(following)
 
     def look(self, result: Result, states: Paths) -> None:
-        """Search for hangs, and for waits that are too long."""
+        """Search for hangs, and for waits that exceed their limit."""
         for quiet, follow in zip(self._model.quiet, self._nexts, strict=True):
             bound, stuck, slowest = longest(follow, self._idle[quiet.idle_blocks])
             result.bounds[quiet.title] = bound
@@ -144,10 +148,9 @@ class Explorer(World[Choice]):
                 result.broken = Broken((text,), states.path(stuck), quiet)
 
     def check(self, state: bytes, choice: Choice, following: bytes, random: Random) -> None:
-        """Repeat a scan with arbitrary values in everything that the state leaves out.
+        """Repeat a scan with arbitrary values for everything that the state omits.
 
-        The whole program runs, not one call after another. Raise AssertionError if the result
-        differs.
+        The whole program runs, without cached calls. Raise AssertionError if the result differs.
         """
         here, memory = self._whole(state)
         key, remembered = self._whole(following)
@@ -172,19 +175,19 @@ class Explorer(World[Choice]):
             )
 
     def _whole(self, state: bytes) -> tuple[bytes, bytes]:
-        """Return the abstract state as bytes, and the oracle's memory."""
+        """Return the abstract state of the whole program as bytes, and the memory of the oracle."""
         numbers = self._packed.unpack_from(state)
         return self._stages.bytes_of(numbers), state[self._packed.size :]
 
     def _look_at_robot(self) -> _Robot:
-        """Return the present state of the robot that matters."""
+        """Return the present values of the robot that matter for the search."""
         robot = self._root.ROBOT.INNER
         queues = [one.NEXTTICKET - one.SERVING & 0xFFFF for one in (robot.COMMAND, robot.SEQUENCE)]
         return _Robot(not any(queues) and robot.PHASE == 1, max(queues))
 
 
 class _Pick(dict[Wire, Choice]):
-    """The choices of a quiet environment, by the values on the wire; filled on first use."""
+    """The choices of a quiet environment by the values on the wire, computed on first use."""
 
     def __init__(self, quiet: Quiet, choices: dict[str, Choice]) -> None:
         super().__init__()
@@ -210,7 +213,9 @@ def quiet_choices(model: Model, quiet: Quiet) -> dict[Wire, Choice]:
 
 
 def longest(follow: Any, idle: bytearray) -> tuple[int, int, int]:
-    """Return the most steps to an idle state: (most, first state without an end or -1, slowest).
+    """Return (most steps to an idle state, first state without an end, state with most steps).
+
+    If every state leads to an idle state, the second value is -1. Otherwise the other two are -1.
 
     Args:
         follow: The next state of each state; states without a next one count as idle.

@@ -1,4 +1,4 @@
-"""Seeded bugs in copies of blocks: each must be found, with a shortest trace."""
+"""Seeded bugs in copies of blocks. The search must find each bug with a shortest trace."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ __all__ = ["SEEDED", "Seeded"]
 
 @dataclass(frozen=True)
 class Seeded(Bug):
-    """A seeded bug, the model that finds it, and the rule that it breaks there."""
+    """A seeded bug, the model that must find it, and the rule that it breaks in the model."""
 
     model: str
     rule: str
 
     @property
     def block(self) -> str:
-        """Return the changed block."""
+        """Return the name of the changed block."""
         return Path(self.file).stem
 
     def library(self, folder: Path, library: Sequence[Path] = LIBRARY) -> list[Path]:
-        """Write the changed copy into a folder; return the library with it."""
+        """Write the changed file into a folder; return the library with this file."""
         (original,) = (file for file in library if file.stem == self.block)
         copy = Path(shutil.copy(original, folder))
         bug = replace(self, file=copy.name)

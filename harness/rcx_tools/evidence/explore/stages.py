@@ -1,13 +1,13 @@
-"""The scan of a model, run call by call, with cached results for each call.
+"""The scan of a model, run call by call, with cached results of each call.
 
-A scan calls FB_ReadArea, the model's blocks, and FB_WriteArea. Each call works on its own instance
-and on shared data: the robot, and the plain variables of the program. The same instance state,
-shared data and inputs occur in millions of scans, together with different states of the other
-instances. The result of each call is therefore cached. Every state of a part has a number.
+A scan calls FB_ReadArea, the blocks of the model, and FB_WriteArea. Each call works on its own
+instance and on shared data: the robot, and the plain variables of the program. The same combination
+of instance state, shared data and inputs occurs in millions of scans. The result of each call is
+therefore cached. Every state of a part has a number.
 
-This is not a further abstraction. While a call runs, the program contains only its instance, the
-shared data and its inputs. `Explorer.check` compares one scan from each state with the whole
-program.
+This is not a further abstraction. While a call runs, the program contains only the instance, the
+shared data and the inputs of that call. `Explorer.check` compares one scan from each state with a
+scan of the whole program.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ __all__ = ["End", "Stages"]
 
 
 class _Numbered:
-    """Values of the program: each has a number and a note.
+    """Values of the program, each with a number and a note.
 
     Args:
-        note: Makes the note while the program holds the value.
+        note: Function that makes the note while the program contains the value.
     """
 
     def __init__(self, note: Callable[[], Any]) -> None:
@@ -39,7 +39,7 @@ class _Numbered:
         self.notes: list[Any] = []
 
     def number(self, key: Any, value: Any) -> int:
-        """Return the number of the program's present value; `key` identifies it."""
+        """Return the number of the program's present value. `key` identifies the value."""
         found = self._numbers.setdefault(key, len(self.values))
         if found == len(self.values):
             self.values.append(value)
@@ -51,9 +51,9 @@ class End(NamedTuple):
     """The result of a scan.
 
     Attributes:
-        state: The numbers of the parts of the state: the shared data, then each instance.
-        shared: The note of the shared data.
-        notes: The note of each instance.
+        state: Numbers of the parts of the state: the shared data, then each instance.
+        shared: Note of the shared data.
+        notes: Notes of the instances.
     """
 
     state: tuple[int, ...]
@@ -66,10 +66,12 @@ class Stages:
 
     Args:
         model: The model.
-        program: Its program, in the initial state.
-        state: Splits its states; from now on into shared data and instances.
-        shared: Makes the note of the shared data while the program is in that state.
-        notes: Make the notes of each instance: FB_ReadArea, the blocks, FB_WriteArea.
+        program: Compiled program of the model, in its initial state.
+        state: Abstraction of the model. Its states are split into shared data and instances from
+            now on.
+        shared: Function that makes the note of the shared data while the program is in that state.
+        notes: Functions that make the notes of the instances: FB_ReadArea, the blocks,
+            FB_WriteArea.
     """
 
     def __init__(
@@ -104,7 +106,7 @@ class Stages:
             view = tuple(look(robot) for look in looks)
             return self._views.number(view, view), self._number(0), shared()
 
-        # Full values, and their abstract states; the shared data comes first.
+        # Full values and their abstract states. Index 0 is the shared data.
         self._held = [_Numbered(note) for note in (note_shared, *notes)]
         self._frozen = [_Numbered(lambda: None) for _ in self._parts]
         self.first = tuple(self._number(k) for k in range(len(self._parts)))
@@ -116,11 +118,11 @@ class Stages:
         self._ends: list[dict[tuple[int, int], int]] = [{} for _ in own]
 
     def bytes_of(self, state: Sequence[int]) -> bytes:
-        """Return a state as bytes of the abstraction."""
+        """Return a state as the bytes of the abstraction."""
         return b"".join(kept.values[one] for kept, one in zip(self._frozen, state, strict=True))
 
     def entry(self, state: Sequence[int], ticks: int) -> tuple[int, ...]:
-        """Return the parts at the start of a scan that comes this many ticks after the last."""
+        """Return the parts at the start of a scan, this many ticks after the previous scan."""
         return tuple([self._entered(k, one, ticks) for k, one in enumerate(state)])
 
     def notes(self, entry: Sequence[int]) -> list[Any]:
@@ -128,7 +130,7 @@ class Stages:
         return [held.notes[one] for held, one in zip(self._held[1:], entry[1:], strict=True)]
 
     def scan(self, entry: Sequence[int], choice: Choice) -> End:
-        """Run a scan; each call that is not cached runs once."""
+        """Run a scan. A call runs only if its result is not cached."""
         shared, *owns = entry
         ends = []
         # A call depends only on its own instance, the shared data before it, and its inputs. These
@@ -158,10 +160,13 @@ class Stages:
         """Put the program into its initial state."""
         self._load(self._root, self._start)
 
-    # --- first occurrences, not cached yet ---
+    # --- calls whose results are not cached yet ---
 
     def _inputs_of(self, own: Sequence[str], choice: Choice) -> tuple[int, ...]:
-        """Return the numbers of the inputs of each call; all calls get the `switches`."""
+        """Return the numbers of the inputs of each call.
+
+        The values of `switches` are inputs of all calls.
+        """
         found = []
         for k, name in enumerate(own):
             pins = {
@@ -195,7 +200,7 @@ class Stages:
         return self._held[k].number(marshal.dumps(held, 2), held)
 
     def _put(self, shared: int, k: int, own: int) -> None:
-        """Load these two parts into the program; everything else is in its initial state."""
+        """Load the shared data and one instance into the program; the rest stays initial."""
         values = list(self._start)
         for part, number in ((0, shared), (k, own)):
             held = self._held[part].values[number]
@@ -204,7 +209,7 @@ class Stages:
         self._load(self._root, values)
 
     def _called(self, k: int, shared: int, own: int, given: int) -> tuple[int, int]:
-        """Call one instance; return the numbers of the shared data and the instance after it."""
+        """Call one instance; return the new numbers of the shared data and of the instance."""
         self._put(shared, k, own)
         values, image = self._inputs.values[given]
         for name, value in values:

@@ -4,20 +4,20 @@ Mutants are made of plc/lib (`library`), of the virtual controller, the monitors
 of the tables in spec/. A mutant is one small change of one file that still compiles. It is killed
 if a test of the suite fails with it. Mutants of the library are put into programs that this process
 contains, the others into throw-away copies of the repository. Each runs in its own child process.
-`seeded` are the bugs of seeded.toml: the tests of its row must find each.
+`seeded` means the bugs of seeded.toml. The tests that the row of a bug names must find the bug.
 
 Outcomes are saved in out/verification/mutants.jsonl. A saved outcome is valid while its inputs are
 unchanged: the mutated file, the files compiled with it, and the test that has failed (or all tests,
-if none has). A run therefore continues where the last one ended. Survivors without a reason are
-written beside them as rows: mutants-without-reason.toml for survivors.toml,
-mutants-without-reason-harness.toml for survivors_harness.toml; these tables are in
-tests/tools/evidence.
+if none has). A run therefore continues where the last one ended. The same folder gets the survivors
+without a reason as rows for the tables in tests/tools/evidence: mutants-without-reason.toml for
+survivors.toml, and mutants-without-reason-harness.toml for survivors_harness.toml.
 
-The generated command blocks are alike. Of these, and of everything outside the library, a sample is
-taken. The seed determines it, and each operator is included. `--all` or MUTANTS=all takes all.
+The generated command blocks are similar to each other. Only a sample of their mutants, and of the
+mutants outside the library, is run. A seed determines the sample, and each operator is included.
+`--all` or MUTANTS=all runs all mutants.
 
-The tests that `make test` leaves out run last. Each run therefore also gives the score of the quick
-tier.
+The tests that `make test` leaves out run last. Each run therefore also gives the score of the other
+tests, the quick tier.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ from structured_text.output.results import Results
 __all__ = ["main"]
 
 ROOT = Path(__file__).resolve().parents[4]
-#: Required score, of all mutants that compile to something else [%].
+#: Required score [%] of all mutants that do not compile to the same code as the original.
 GOAL = 95.0
 _LIBRARY, _SEEDED = "library", "seeded"
 _ALL = (*(kind.name for kind in KINDS), _SEEDED, _LIBRARY)

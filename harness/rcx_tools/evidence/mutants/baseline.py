@@ -1,4 +1,4 @@
-"""Saved data of the last run of the original."""
+"""Saved data about the last test run without a mutant."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ __all__ = ["Baseline"]
 
 @dataclass(frozen=True)
 class Baseline:
-    """The test run of the original.
+    """The test run without a mutant.
 
     Attributes:
         ran: The POUs that each test has run, in the order of the tests.
         seconds: Processor time of each test.
-        failed: Tests that fail with the original, so they cannot kill a mutant.
-        builders: Tests that were the first to build a program; together they compile all.
-        states: Hash of each file of tests, by its path.
+        failed: Tests that fail without a mutant. They cannot kill a mutant.
+        builders: Tests that were the first to build a program. Together they compile all programs.
+        states: Hash of each test file, by path.
         exhaustive: Tests that `make test` leaves out.
     """
 
@@ -31,7 +31,7 @@ class Baseline:
 
     @classmethod
     def read(cls, file: Path, library: str) -> Baseline | None:
-        """Return the saved run for this state of the library; None if there is none."""
+        """Return the saved run for this state of the library, or None."""
         try:
             found = json.loads(file.read_text(encoding="utf-8"))
         except (OSError, ValueError):
@@ -45,7 +45,7 @@ class Baseline:
         return cls(ran, found["seconds"], failed, builders, found["states"], exhaustive)
 
     def holds(self, node: str, state: str) -> bool:
-        """Return whether a test was run from a file in this state."""
+        """Return whether a test has been run while its file had this state."""
         return node in self.seconds and self.states.get(node.partition("::")[0]) == state
 
     def write(self, file: Path, library: str) -> None:

@@ -1,7 +1,7 @@
-"""Throw-away copies of the repository, in which tests run with one file changed.
+"""Temporary copies of the repository, in which tests run with one changed file.
 
-Each child process forgets the imported packages, and imports them, their tables and their tests
-from its copy.
+Each child process discards the imported packages. It imports the packages, their tables and their
+tests again from its copy.
 """
 
 from __future__ import annotations
@@ -26,20 +26,21 @@ from structured_text.testing.tracing import PerTest
 
 __all__ = ["Copies", "Traced"]
 
-#: Packages that are imported from a copy.
+#: Packages that a child imports from its copy.
 _PACKAGES = ("rcx_harness", "rcx_tools", "structured_text")
-#: Files that no test in a copy needs.
+#: Files that are not copied because no test needs them.
 _LEFT_OUT = (".*", "out", "*.egg-info")
-#: Number of test files that are collected first; if one of their tests fails, no others are.
+#: Number of test files that are collected first. If one of their tests fails, no other file is
+#: collected.
 _FEW = 3
-#: Memory limit of a child [byte]; an endless loop may fill a list.
+#: Memory limit of a child [byte], because a mutant with an endless loop may fill a list.
 _MEMORY = 6 << 30
 
 
 class Traced(PerTest):
-    """Plugin that records whether each test passes, its processor time [s], and the functions run.
+    """Plugin that records for each test the result, processor time [s], and executed functions.
 
-    Functions are `(file, line)`: of the files in `folder`, with the line where their code begins.
+    A function is `(file, line)`: a file in `folder`, and the line where the function begins.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -53,12 +54,12 @@ class Traced(PerTest):
         self.exhaustive = exhaustive_of(items)
 
     def take(self) -> set[Any]:
-        """Return the code that has run since the last call."""
+        """Return the code that has been executed since the last call of this method."""
         codes, self._codes = self._codes, set()
         return codes
 
     def begin(self) -> None:
-        """Start to trace calls."""
+        """Start tracing calls."""
         sys.settrace(self._call)
 
     def end(self) -> None:
@@ -70,7 +71,7 @@ class Traced(PerTest):
 
     @property
     def ran(self) -> dict[str, set[tuple[str, int]]]:
-        """Return the functions that each test has run."""
+        """Return the functions that each test has executed."""
         return {node: {*self._functions(seen)} for node, seen in self.seen.items()}
 
     def _functions(self, codes: Iterable[Any]) -> Iterator[tuple[str, int]]:
@@ -90,7 +91,7 @@ class _First:
         items[:] = sorted((item for item in items if self._place(item) >= 0), key=self._place)
 
     def _place(self, item: pytest.Item) -> int:
-        """Return the place of a test or its file among the wanted tests, or -1."""
+        """Return the position of a test (or of its file) among the wanted tests, or -1."""
         file = item.nodeid.partition("::")[0]
         return self._places.get(item.nodeid, self._places.get(file, -1))
 
@@ -107,10 +108,10 @@ class Copies:
     """Copies of a repository, under a folder that `close` removes.
 
     Args:
-        root: The repository; nothing is written there.
+        root: The repository. It is not changed.
 
     Raises:
-        InputError: it cannot be copied.
+        InputError: the repository cannot be copied.
     """
 
     def __init__(self, root: Path) -> None:
@@ -147,18 +148,18 @@ class Copies:
         """Run tests in a copy up to the first failure; return the test or another reason.
 
         Args:
-            changed: Texts of files, by their paths in the repository.
-            nodes: The tests, or whole files of them, in the order in which they run; tests that
-                do not exist any more count as passed.
+            changed: Texts of changed files, by path in the repository.
+            nodes: Tests or whole test files in the order in which they run. A test that does not
+                exist any more counts as passed.
             exhaustive: Tests that run after all others.
-            regenerate: Regenerate the generated files of plc/lib.
+            regenerate: Whether to regenerate the generated files of plc/lib.
         """
         # Quick tests run before exhaustive ones, and a few files before the rest. If a test of
         # these files fails, the others are not even collected. Each child has its own copy: files
         # are hard links, and only changed files are written.
         quick = [node for node in nodes if node not in exhaustive]
         own = self._base / str(os.getpid())
-        with suppress(OSError, ValueError):  # not available everywhere
+        with suppress(OSError, ValueError):  # some systems have no such limit
             resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
         shutil.copytree(self.original, own, copy_function=_linked, symlinks=True)
         for path, text in changed.items():
@@ -181,7 +182,7 @@ class Copies:
         return None
 
     def traced(self, files: Collection[str], read: Callable[[Traced], None]) -> None:
-        """Run files of tests in the untouched copy, and call `read` with the records."""
+        """Run test files in an unchanged copy, and call `read` with the records."""
         self._enter(self.original)
         sys.dont_write_bytecode = False
         traced = Traced(self.original / "harness")
@@ -189,7 +190,10 @@ class Copies:
         read(traced)
 
     def _enter(self, copy: Path) -> None:
-        """Switch this process to a copy: later imports come from it, also the tests' helpers."""
+        """Switch this process to a copy.
+
+        Later imports come from the copy, including the modules that tests use.
+        """
         sys.dont_write_bytecode = True
         os.chdir(copy)
         helping = str(self._root / "tests") + os.sep
@@ -233,12 +237,12 @@ def _regenerate(copy: Path) -> None:
         _write(copy / path, write())
     bits: Any = importlib.import_module("rcx_tools.library.signals").signal_files()
     for path, write in bits.items():
-        if (copy / path).is_file():  # the rest of it is handwritten
+        if (copy / path).is_file():  # handwritten files, of which some may be missing
             _write(copy / path, write())
 
 
 def _linked(source: str, target: str) -> None:
-    """Link a file; copy it if links are not possible."""
+    """Link a file, or copy it if links are not possible."""
     try:
         os.link(source, target)
     except OSError:
@@ -246,7 +250,7 @@ def _linked(source: str, target: str) -> None:
 
 
 def _write(file: Path, text: str) -> None:
-    """Replace a file; other links to the old file keep its contents."""
+    """Replace a file. Other links to the old file keep its content."""
     file.parent.mkdir(parents=True, exist_ok=True)
     file.unlink(missing_ok=True)
     file.write_text(text, encoding="utf-8")

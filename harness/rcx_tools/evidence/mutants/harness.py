@@ -1,10 +1,10 @@
 """Mutants of the parts that check the library: virtual controller, monitors, engine, tables.
 
-Each mutant runs in a throw-away copy of the repository. It is judged by tests that have run its
-function: some of each file, those with words of the changed line in their names, those that run
-little else, and the quickest. A mutant of a table is judged by tests with the name of the entry, or
-of anything it is part of. plc/lib is generated again from a changed table, so that the library and
-its tests agree.
+Each mutant runs in a throw-away copy of the repository. The tests that judge it have executed its
+function: some tests of each file, tests with words of the changed line in their names, tests that
+execute few other functions, and the quickest tests. The tests that judge a mutant of a table have
+the name of the entry in their names, or the name of anything that contains the entry. plc/lib is
+generated again from a changed table, so that the table and the library agree.
 """
 
 from __future__ import annotations
@@ -53,30 +53,31 @@ from structured_text.output.results import digest
 __all__ = ["KINDS", "HarnessRun", "Kind"]
 
 _PACKAGE, _TOOLKIT = "harness/rcx_harness", "harness/structured_text"
-#: Number of test files in one run of the original.
+#: Number of test files in one run without a mutant.
 _SHARD = 6
 #: Time limit of such a run [s].
 _PATIENCE_S = 1000.0
-#: Time for further tests that run a function, or a user of a value: those that run little else, and
-#: the quickest [s].
+#: Limits of the total time [s] of additional tests, which run the changed function or a user of the
+#: changed value: tests that run the fewest other functions, and the quickest tests.
 _NEAREST_S, _QUICKEST_S = 25.0, 6.0
-#: Approximate factor of a test's time while its functions are recorded.
+#: Approximate factor by which tests are slower while their functions are recorded.
 _TRACED = 2.0
-#: A table of sentences for people.
+#: A table that contains only sentences for people, so it is not mutated.
 _PROSE = "rules.toml"
-#: Number of tests for a table entry that no test names, or a module without a run function.
+#: Number of tests for a table entry that no test names, or for a module in which no function was
+#: executed.
 _OTHERS = 12
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of mutated source, and the tests that judge it.
+    """A kind of mutated sources, and the tests that judge their mutants.
 
     Attributes:
         name: Name for people.
-        sources: Files and folders.
-        folders: Folders of tests.
-        one_of: One of this many changes is taken.
+        sources: Files and folders that are mutated.
+        folders: Folders and files of tests.
+        one_of: On average one of this many changes becomes a mutant.
     """
 
     name: str
@@ -102,11 +103,11 @@ KINDS = (
 
 
 class HarnessRun:
-    """One run over everything outside the library.
+    """One run over everything outside of the library.
 
     Args:
-        options: Options of the command.
-        judging: Runs the mutants.
+        options: Options of the command line.
+        judging: Object that runs the mutants.
     """
 
     def __init__(self, options: Namespace, judging: Judging) -> None:
@@ -126,7 +127,7 @@ class HarnessRun:
         """Run the wanted kinds, and `seeded`; return the figures of each.
 
         Raises:
-            InputError: a seeded bug cannot be put in.
+            InputError: a seeded bug cannot be inserted.
         """
         table = self._root / "tests/tools/evidence/seeded.toml"
         found_bugs = [bug for bug in bugs(table) if self._wants(bug.file)]
@@ -152,7 +153,7 @@ class HarnessRun:
             copies.close()
 
     def _files(self, kind: Kind) -> list[Path]:
-        """Return the files that a kind mutates, as far as they are wanted."""
+        """Return the files to mutate for a kind, limited to those named on the command line."""
         found = []
         for source in kind.sources:
             start = self._root / source
@@ -165,16 +166,19 @@ class HarnessRun:
         parts = self._options.blocks
         return not parts or any(part in path for part in parts)
 
-    # --- the original ---
+    # --- the run without a mutant ---
 
     def _tests(self, paths: Sequence[str]) -> set[str]:
-        """Return the files of tests in files and folders."""
+        """Return the test files in files and folders."""
         starts = [self._root / path for path in paths]
         files = {one for start in starts for one in [start, *start.rglob("test_*.py")]}
         return {one.relative_to(self._root).as_posix() for one in files if one.is_file()}
 
     def _baseline(self, copies: Copies, files: Collection[str]) -> Baseline:
-        """Return the functions that each test runs; only changed tests are run again."""
+        """Return the functions that each test executes.
+
+        Only tests that have changed since the last run are run again.
+        """
         sources = [self._root / name for name in (_PACKAGE, "spec", "plc", "tests/support")]
         every = [one for folder in sources for one in folder.rglob("*") if self._matters(one)]
         state = digest(self._root, every)
@@ -203,12 +207,15 @@ class HarnessRun:
         return replace(baseline, ran={node: ran[node] for node in judging})
 
     def _matters(self, path: Path) -> bool:
-        """Return whether a path is a source that tests run; tests run nothing of this package."""
+        """Return whether a path is a source that tests execute.
+
+        Tests do not execute anything of this package.
+        """
         parts = path.relative_to(self._root).parts
         return path.is_file() and not {"__pycache__", "verify", "evidence"} & set(parts)
 
     def _traced(self, copies: Copies, files: Sequence[str]) -> Iterator[dict[str, Any]]:
-        """Run files of tests, some in each child; yield the records of each."""
+        """Run test files, several in each child process; yield the records of each child."""
         shards = [tuple(files[k :: _shards(files)]) for k in range(_shards(files))]
         folder = copies.original / "out"
         folder.mkdir(exist_ok=True)
@@ -230,7 +237,7 @@ class HarnessRun:
                 yield json.loads(left.read_text(encoding="utf-8"))
 
     def _named(self, ran: Sequence[tuple[str, int]]) -> frozenset[str]:
-        """Return the functions that a test has run, and their modules, in upper case."""
+        """Return the functions that a test has executed, and their modules, in upper case."""
         found = set()
         for file, line in ran:
             if file not in self._names:
@@ -249,7 +256,7 @@ class HarnessRun:
         tasks = []
         for mutant in mutants:
             own = _own(mutant.file, ran)
-            module = mutant.pou.partition(":")[0]  # only run at its import
+            module = mutant.pou.partition(":")[0]  # code outside of functions runs only at import
             tests = judges.of(mutant.pou, own) or judges.of(module, own)
             if tests and not _is_table(mutant.file):
                 about = concerned(mutant.pou, mutant.line, self._texts)
@@ -278,7 +285,7 @@ class HarnessRun:
     def _about(
         self, mutants: Sequence[Mutant], paths: Sequence[str], baseline: Baseline
     ) -> dict[str, frozenset[str]]:
-        """Return the subjects of tests in files and folders: functions, or table entries."""
+        """Return what the tests are about: the functions that they execute, or table entries."""
         files = self._tests(paths)
         ran = {node: about for node, about in baseline.ran.items() if _file(node) in files}
         entries = {one.pou for one in mutants if _is_table(one.file)}
@@ -289,7 +296,7 @@ class HarnessRun:
         return {node: _marked(node, marks) for node in ran}
 
     def _task(self, mutant: Mutant, tests: Sequence[str], baseline: Baseline) -> MutantTask:
-        """Return a task; for a table its key includes the generator of the library."""
+        """Return a task. For a table, the key of the task includes the generator of the library."""
         around = ""
         if _is_table(mutant.file):
             around = digest(self._root, (self._root / "harness/rcx_tools/library").glob("*.py"))
@@ -309,7 +316,10 @@ class HarnessRun:
         return sampled(self._root, file, changes, meaning, one_of=one_of, seed=seed)
 
     def _others(self, mutant: Mutant, ran: dict[str, frozenset[str]]) -> list[str]:
-        """Return tests of files that name a module, if no function of the module has run."""
+        """Return tests for a module in which no test has executed a function.
+
+        These are tests in files that contain the name of the module.
+        """
         name = Path(mutant.file).stem
         files = sorted({_file(node) for node in ran})
         naming = {file for file in files if name in (self._root / file).read_text("utf-8")}
@@ -359,7 +369,7 @@ def _shards(files: Sequence[str]) -> int:
 
 
 def _own(file: str, nodes: Mapping[str, frozenset[str]]) -> tuple[str, ...]:
-    """Return test files with the name of a module in their path; for tables tests/spec."""
+    """Return test files with the name of a module in their path; for tables those of tests/spec."""
     stem = Path(file).stem
     files = sorted({_file(node) for node in nodes})
     if _is_table(file):
@@ -368,9 +378,9 @@ def _own(file: str, nodes: Mapping[str, frozenset[str]]) -> tuple[str, ...]:
 
 
 def _marked(node: str, marks: dict[str, tuple[str, ...]]) -> frozenset[str]:
-    """Return the entries that a test's name mentions.
+    """Return the table entries that the name of a test mentions.
 
-    A test in tests/spec, or without parameters, is about all entries.
+    A test in tests/spec, or a test without parameters, is about all entries.
     """
     if "[" not in node or node.startswith("tests/spec/"):
         return frozenset(entry.upper() for entry in marks)
@@ -380,7 +390,7 @@ def _marked(node: str, marks: dict[str, tuple[str, ...]]) -> frozenset[str]:
 
 
 def _write(file: Path, traced: Traced) -> None:
-    """Write the records of a child; paths are relative to the package's folder."""
+    """Write the records of a child process; paths are relative to the folder of the package."""
     base = file.parents[1]
     content = {
         "exhaustive": sorted(traced.exhaustive),

@@ -40,16 +40,16 @@ from structured_text.projects.needed import needed
 
 __all__ = ["LibraryRun", "sample"]
 
-#: Number of mutants of each generated block.
+#: Number of mutants for each generated block.
 SAMPLE = 16
 
 
 class LibraryRun:
-    """One run over the library; tests, programs and mutants stay in this process.
+    """One run over the library. Tests, programs and mutants stay in memory.
 
     Args:
-        options: Options of the command.
-        judging: Runs the mutants.
+        options: Options of the command line.
+        judging: Object that runs the mutants.
     """
 
     def __init__(self, options: Namespace, judging: Judging) -> None:
@@ -72,7 +72,7 @@ class LibraryRun:
         return self._found
 
     def _run(self) -> None:
-        """Do everything that needs the collected tests."""
+        """Do the work that needs the collected tests."""
         baseline = self._baseline()
         for node in baseline.failed:
             self._console.print(f"fails with the original, is not used: {node}", markup=False)
@@ -114,10 +114,13 @@ class LibraryRun:
             "library": digest(self._root, self._library),
         }
 
-    # --- the original ---
+    # --- the run without a mutant ---
 
     def _baseline(self) -> Baseline:
-        """Return the POUs that each test runs; only changed tests are run again."""
+        """Return the POUs that each test runs.
+
+        Only tests that have changed since the last run are run again.
+        """
         tests, examples = self._root / "tests", self._root / "plc" / "examples"
         around = [*tests.rglob("*.st"), *tests.rglob("conftest.py"), *examples.rglob("*.st")]
         library = digest(self._root, [*self._library, *around])
@@ -177,7 +180,7 @@ class LibraryRun:
         return tasks
 
     def _wanted(self) -> list[Path]:
-        """Return the files of the library that the options name."""
+        """Return the files of the library that the command line names."""
         names = self._options.blocks
         return [
             file
@@ -200,7 +203,7 @@ class LibraryRun:
 
 
 def sample(mutants: Mutants, file: Path, most: int, seed: int) -> list[Mutant]:
-    """Return at most `most` mutants of one file, drawn in rounds of one per operator."""
+    """Return at most `most` mutants of one file, drawn in rounds with one mutant per operator."""
     chance = Random(f"{seed}:{file.name}")
 
     def drawn(found: Iterable[Change]) -> list[Change]:

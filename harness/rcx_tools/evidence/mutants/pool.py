@@ -1,4 +1,4 @@
-"""Pool that runs each mutant in a forked child, with all data of this process."""
+"""Pool that runs each mutant in a forked child process, which has all data of this process."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from structured_text.output.system import copied, copy_ended
 
 __all__ = ["PATIENCE_S", "run_tasks"]
 
-#: Time limit of a child: a factor of the processor time of its tests, and a constant [s].
+#: Time limit of a child: a factor for the processor time of its tests, plus a constant [s].
 _SLOWER, PATIENCE_S = 4.0, 15.0
 
 
@@ -69,11 +69,13 @@ def run_tasks(
     """Run mutants in parallel; yield the outcome of each as it ends.
 
     Args:
-        tasks: The mutants with their tests.
-        run: Runs in a child: runs the tests with the mutant, and returns the test that found it.
+        tasks: Mutants with their tests.
+        run: Function that runs in a child: it runs the tests with the mutant and returns the test
+            that found the mutant.
         jobs: Number of mutants that run in parallel.
         ended: Called with the process number of each child that has ended.
-        patience_s: Time for a child beyond its tests; after that the mutant counts as killed.
+        patience_s: Time that a child gets in addition to its tests. After that the mutant counts as
+            killed.
     """
     pool = _Pool(run, ended, patience_s)
     gc.collect()

@@ -1,7 +1,8 @@
-"""Mutation operators for Python: small changes that people make, in each function and table.
+"""Mutation operators for Python: small mistakes that people make, in each function and table.
 
-Cosmic Ray and mutmut have operators, too. But they do not drop statements or exchange an attribute
-for its neighbour, they do not save outcomes, and they do not know tables. `ast` is sufficient.
+Cosmic Ray and mutmut also have operators. But they do not delete statements, they do not replace an
+attribute by a similar one, they do not save outcomes, and they do not support tables. The module
+`ast` is sufficient for all this.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ _Op = TypeVar("_Op")
 
 
 def _both(one: _Op, other: _Op) -> list[tuple[_Op, _Op]]:
-    """Return both directions: each becomes the other."""
+    """Return both directions of an exchange of operators."""
     return [(one, other), (other, one)]
 
 
@@ -57,13 +58,14 @@ _ARITHMETIC: dict[type[ast.operator], type[ast.operator]] = {
 }
 _PAIRS = {"min": "max", "max": "min", "any": "all", "all": "any"}
 _SIGNAL = re.compile(r"S[IO]\d\d")
-#: Methods for people only, and errors, which have no behaviour to change.
+#: Methods whose results are only for people, and classes of errors. Changes in them have no effect
+#: on the behaviour.
 _SPOKEN = ("__repr__", "__str__")
 _ERRORS = ("InputError", "LiteralError", "ProgramError")
 
 
 def functions(text: str) -> dict[int, str]:
-    """Return the qualified names of the functions, by the first line with decorators."""
+    """Return the qualified names of the functions, by their first line (including decorators)."""
     return {
         min([node.lineno, *(one.lineno for one in node.decorator_list)]): name
         for name, node in _functions(ast.parse(text), "")
@@ -73,12 +75,12 @@ def functions(text: str) -> dict[int, str]:
 def concerned(pou: str, line: int, texts: Mapping[str, str]) -> frozenset[str]:
     """Return the functions that a change at this line may affect, in upper case.
 
-    A change in a function affects that function. A change of a named value affects its users, also
-    in other modules; without users the whole module.
+    A change in a function affects that function. A change of a named value affects the functions
+    that use the value, also in other modules. If no function uses it, the whole module is affected.
 
     Args:
-        pou: The function, `robot/handshake.py:_check`; for a value the module.
-        line: Line in the module.
+        pou: Name of the function, `robot/handshake.py:_check`; for a value, the module.
+        line: Line of the change in the module.
         texts: The modules of the package, by `file_key`.
     """
     names = _named(texts[pou], line) if pou in texts else frozenset[str]()
@@ -93,7 +95,7 @@ def concerned(pou: str, line: int, texts: Mapping[str, str]) -> frozenset[str]:
 
 
 def _named(text: str, line: int) -> frozenset[str]:
-    """Return the names that an assignment at this line assigns."""
+    """Return the names that get a value at this line."""
     targets = [
         target
         for node in ast.walk(ast.parse(text))
@@ -106,7 +108,7 @@ def _named(text: str, line: int) -> frozenset[str]:
 
 @cache
 def _uses(text: str) -> dict[str, frozenset[str]]:
-    """Return the names and attributes in each function of a module."""
+    """Return the names and attributes that each function of a module uses."""
     return {
         name: frozenset(
             one.id if isinstance(one, ast.Name) else one.attr
@@ -144,7 +146,10 @@ def python_meaning(text: str) -> str:
 
 
 def function_at(text: str, offset: int, path: str) -> str:
-    """Return the outermost function at an offset, in the form of mutants; else the module."""
+    """Return the outermost function at an offset, in the form of mutants.
+
+    Outside of functions, return the module.
+    """
     line = text.count("\n", 0, offset) + 1
     key = file_key(path)
 
@@ -168,7 +173,7 @@ def file_key(path: str) -> str:
 
 
 class _Finder:
-    """Search for the places of a module where a mistake can be made."""
+    """Finder of the places in a module where a mistake is possible."""
 
     def __init__(self, text: str, key: str) -> None:
         self._text = text
@@ -185,7 +190,7 @@ class _Finder:
         """Yield every change, in the order of the text."""
         yield from self._inside(self._tree, "", "")
 
-    # --- walking ---
+    # --- tree ---
 
     def _inside(self, node: ast.AST, name: str, function: str) -> Iterator[Change]:
         pou = f"{self._key}:{function}" if function else self._key
@@ -285,12 +290,12 @@ class _Finder:
         return Span(start, self._offset(node.end_lineno, node.end_col_offset))
 
     def _offset(self, line: int, column: int) -> int:
-        """Return the offset of a position; columns count bytes of UTF-8."""
+        """Return the offset of a position. Columns count the bytes of UTF-8."""
         before = self._lines[line - 1].encode()[:column].decode()
         return self._starts[line - 1] + len(before)
 
     def _attributes(self) -> dict[str, list[str]]:
-        """Return attributes that may be mistaken for each other, by their family."""
+        """Return attributes that may be confused with each other, by family."""
         found: dict[str, set[str]] = {}
         for node in ast.walk(self._tree):
             if isinstance(node, ast.Attribute) and (key := _family(node)):
@@ -301,7 +306,8 @@ class _Finder:
 def _family(node: ast.Attribute) -> str:
     """Return the family of an attribute, or "".
 
-    `Phase.` for a member of an enumeration, `config...alarm` for names with the same ending.
+    The family is `Phase` for a member of that enumeration, and `config...alarm` for attributes of
+    `config` whose names have the same last word.
     """
     base = ast.unparse(node.value)
     if isinstance(node.value, ast.Name) and base[0].isupper():
@@ -312,7 +318,7 @@ def _family(node: ast.Attribute) -> str:
 
 
 def _parts(node: ast.AST) -> Iterator[ast.AST]:
-    """Yield the parts of a node with behaviour: no types, decorators, texts and export lists."""
+    """Yield the parts of a node with an effect: no types, decorators, texts or export lists."""
     if isinstance(node, (ast.JoinedStr, ast.Assert, ast.Import, ast.ImportFrom)):
         return
     if isinstance(node, ast.Call) and ast.unparse(node.func).rpartition(".")[2] in _ERRORS:
@@ -328,7 +334,7 @@ def _parts(node: ast.AST) -> Iterator[ast.AST]:
 
 
 def _is_spoken(node: ast.AST) -> bool:
-    """Return whether it is a docstring, `__all__`, or code for type checkers only."""
+    """Return whether a statement is a docstring, `__all__`, or code for type checkers only."""
     if isinstance(node, ast.Assign):
         return ast.unparse(node.targets[0]) == "__all__"
     if isinstance(node, ast.If):
@@ -337,7 +343,7 @@ def _is_spoken(node: ast.AST) -> bool:
 
 
 def _acts(node: ast.stmt) -> bool:
-    """Return whether it changes something that outlives the function."""
+    """Return whether a statement changes something that outlives the function."""
     if isinstance(node, ast.Assign):
         return isinstance(node.targets[0], (ast.Attribute, ast.Subscript))
     if isinstance(node, ast.AugAssign):

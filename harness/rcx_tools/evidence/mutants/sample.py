@@ -1,7 +1,8 @@
-"""Samples of all possible changes; the same seed gives the same sample.
+"""Samples of all possible changes; the same seed always gives the same sample.
 
-A change is taken or not by its own hash alone. If code moves, or changes in another place, the rest
-of the sample therefore stays unchanged, and with it the recorded reasons of the survivors.
+The hash of a change alone determines whether the change is taken. If code moves or changes
+elsewhere, the rest of the sample stays unchanged. The recorded reasons of survivors therefore stay
+valid.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ __all__ = ["Change", "sampled"]
 
 @dataclass(frozen=True)
 class Change:
-    """One change of a file: its operator, the function or entry it is in, and its edits."""
+    """One change of a file: its operator, the function or entry that contains it, and its edits."""
 
     operator: str
     pou: str
@@ -41,10 +42,10 @@ def sampled(
     Args:
         root: The repository.
         file: The file.
-        found: All changes of the file.
-        meaning: Returns the meaning of a text. Changes with equal meanings count once. A change
-            that keeps the meaning of the file is not a mutant.
-        one_of: 1 takes all.
+        found: All possible changes of the file.
+        meaning: Function that returns the meaning of a text. Changes with equal meanings count
+            once. A change that does not alter the meaning of the file is not a mutant.
+        one_of: On average one of this many changes is taken; 1 takes all.
         seed: Seed of the sample.
     """
     text = file.read_text(encoding="utf-8")
@@ -66,7 +67,7 @@ def sampled(
 
 
 def _drawn(mutant: Mutant, seed: int) -> float:
-    """Return a number from 0 to 1, a hash of the change and the function or entry it is in."""
+    """Return a number from 0 to 1: a hash of the change, and of the function or entry around it."""
     where = mutant.pou.rpartition(":")[2]
     told = "\0".join((str(seed), where, mutant.operator, mutant.before, mutant.after))
     return int.from_bytes(blake2b(told.encode(), digest_size=8).digest(), "big") / 2**64

@@ -1,4 +1,4 @@
-"""Seeded bugs of any file: each with the tests that must find it."""
+"""Seeded bugs in any file, each with the tests that must find it."""
 
 from __future__ import annotations
 
@@ -23,14 +23,17 @@ class Bug(broken.Bug):
 
     @property
     def of_library(self) -> bool:
-        """Return whether it changes Structured Text, which every test of its row may run."""
+        """Return whether the bug is in Structured Text.
+
+        Every test of its row may execute that code.
+        """
         return self.file.endswith(".st")
 
     def mutant(self, root: Path) -> Mutant:
         """Return the mutant of the file with the bug.
 
         Raises:
-            InputError: The bug cannot be put in, or a path of tests does not exist.
+            InputError: the bug cannot be inserted, or a path of tests does not exist.
         """
         self.check(root)
         for tests in self.tests:

@@ -24,14 +24,14 @@ __all__ = [
     "nearest",
 ]
 
-#: Number of tests from each other file that runs the POU; few fault runs, because they are long.
+#: Number of tests from each other file that runs the POU, and number of fault runs, which are long.
 _OF_OTHERS, _OF_FAULTS = 8, 1
-#: Number of further tests with words of the change in their names.
+#: Number of additional tests with words of the changed line in their names.
 _ALIKE = 8
 
 
 class TestStates:
-    """Hashes of the files of tests, for the validity of saved outcomes.
+    """Hashes of test files, to decide whether saved outcomes are still valid.
 
     Args:
         root: The repository.
@@ -44,7 +44,7 @@ class TestStates:
         self._hashes: dict[str, str] = {}
 
     def of(self, file: str) -> str:
-        """Return a hash of a file of tests, of its support modules, and of its tables."""
+        """Return a hash of a test file, of its support modules, and of its tables."""
         if file not in self._hashes:
             digest = hashlib.sha256()
             tables = (self._root / file).parent.rglob("*.toml")
@@ -67,17 +67,17 @@ class TestStates:
 
 @dataclass
 class Judges:
-    """Selector of tests by the POUs that they have run.
+    """Selector of tests that have run a POU.
 
-    Among all tests that run the POU it takes those of the files that the head of the source names
-    or that name the POU themselves, and some of every other file, evenly spread.
+    The selected tests are all tests in files that the head of the source names or that name the POU
+    themselves, and some evenly spread tests of every other file.
 
     Args:
-        states: Hashes of the files of tests.
+        states: Hashes of the test files.
         ran: Upper-case names of the POUs that each test has run, in the order of the tests.
         seconds: Processor time of each test.
-        named_only: Take only the tests that the head of the file names.
-        exhaustive: Tests that `make test` leaves out; they come last.
+        named_only: Whether to take only tests that the head of the file names.
+        exhaustive: Tests that `make test` leaves out. They come last.
     """
 
     states: TestStates
@@ -89,7 +89,7 @@ class Judges:
     _chosen: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
     def of(self, pou: str, named: Sequence[str]) -> tuple[str, ...]:
-        """Return the tests for a POU; `named` are the files in the head of its file."""
+        """Return the tests for a POU. `named` are the files that the head of its source names."""
         key = pou.upper()
         if key not in self._chosen:
             self._chosen[key] = tuple(self._select(key, named))
@@ -110,7 +110,7 @@ class Judges:
         return chosen
 
     def ordered(self, pou: str, nodes: Iterable[str], named: Sequence[str]) -> list[str]:
-        """Return the tests in the order in which they probably find a mutant soonest."""
+        """Return the tests in an order in which they probably find a mutant early."""
         key = pou.upper()
         kills = self._kills.get(key, Counter())
 
@@ -123,15 +123,15 @@ class Judges:
         return sorted(nodes, key=rank)
 
     def killed(self, pou: str, node: str) -> None:
-        """Record that a test has found a mutant of a POU."""
+        """Record that a test has killed a mutant of a POU."""
         self._kills.setdefault(pou.upper(), Counter())[node] += 1
 
     def state_of(self, file: str) -> str:
-        """Return a hash of a file of tests and of the files it uses."""
+        """Return a hash of a test file and of the files that it uses."""
         return self.states.of(file)
 
     def state(self, nodes: Iterable[str]) -> str:
-        """Return a hash of tests: their identifiers, and the texts of their files."""
+        """Return a hash of tests: of their identifiers, and of the texts of their files."""
         names = sorted(nodes)
         digest = hashlib.sha256("\n".join(names).encode())
         for file in sorted({name.partition("::")[0] for name in names}):
@@ -140,7 +140,7 @@ class Judges:
 
 
 def _own_first(nodes: Sequence[str], key: str, most: int) -> list[str]:
-    """Return at most `most` tests: first those with the POU in their parameters, then others."""
+    """Return at most `most` tests: first tests with the POU among their parameters, then others."""
     own = [node for node in nodes if _is_own(node, key)][:most]
     others = [node for node in nodes if node not in own]
     return [*own, *spread(others, most - len(own))]
@@ -153,7 +153,7 @@ def _is_own(node: str, key: str) -> bool:
 
 
 def alike(changed: str, nodes: Iterable[str]) -> list[str]:
-    """Return the tests with most words of a changed line and its function in their names."""
+    """Return the tests whose names share most words with a changed line and its function."""
     words = _words(changed)
     shared = Counter({node: len(words & _words(node.partition("::")[2])) for node in nodes})
     return [node for node, count in shared.most_common(_ALIKE) if count]
@@ -165,14 +165,18 @@ def nearest(
     seconds: Mapping[str, float],
     most_s: float,
 ) -> list[str]:
-    """Return tests within a total time: those that run the fewest other functions."""
+    """Return the tests that run the fewest other functions, within a limit of the total time."""
     return _in_time(
         sorted(nodes, key=lambda node: (len(ran[node]), seconds[node])), seconds, most_s
     )
 
 
 def cheapest(nodes: Iterable[str], seconds: Mapping[str, float], most_s: float) -> list[str]:
-    """Return tests within a total time: the quickest of each test function, then the next."""
+    """Return quick tests within a limit of the total time.
+
+    The quickest case of each test function comes first, then the second quickest of each, and so
+    on.
+    """
     functions: dict[str, list[str]] = {}
     for node in sorted(nodes, key=seconds.__getitem__):
         functions.setdefault(node.partition("[")[0], []).append(node)
@@ -196,7 +200,7 @@ def named_tests(file: Path) -> tuple[str, ...]:
 
 
 def naming_tests(root: Path) -> dict[str, tuple[str, ...]]:
-    """Return by POU name the test files that name the POU in their docstring."""
+    """Return for each POU the test files whose docstring names the POU."""
     found: dict[str, tuple[str, ...]] = {}
     for file in sorted((root / "tests").rglob("test_*.py")):
         told = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or ""
@@ -208,7 +212,7 @@ def naming_tests(root: Path) -> dict[str, tuple[str, ...]]:
 def folder_of(file: str) -> str:
     """Return the folder of a file in the report.
 
-    `area` of plc/lib/area/FB_ReadArea.st, `robot` of harness/rcx_harness/robot/machine.py.
+    For plc/lib/area/FB_ReadArea.st it is `area`, for harness/rcx_harness/robot/machine.py `robot`.
     """
     parts = file.split("/")
     return parts[min(2, len(parts) - 1)]

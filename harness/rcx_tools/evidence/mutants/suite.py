@@ -1,4 +1,4 @@
-"""The tests that judge the mutants, collected once and reused from memory."""
+"""The tests that judge mutants. They are collected once and stay in memory."""
 
 from __future__ import annotations
 
@@ -35,12 +35,13 @@ FOLDERS = (
     *("faults", "chapters", "examples"),
     "tools/library",
 )
-#: Parts of names of tests with another subject: the network, other engines, or test tools.
+#: Parts of the names of tests that are left out: they are about the network, other engines, or test
+#: tools.
 _OTHERS = (
     *("[enip", "-enip", "over_ethernet_ip", "matiec", "strucpp"),
     *("test_fault_runner", "test_files.py"),
 )
-#: Number of fault runs for each block (they are long).
+#: Number of fault runs for each block, because they are long.
 _FAULT_RUNS = 3
 
 
@@ -57,7 +58,7 @@ def exhaustive_of(items: Iterable[pytest.Item]) -> set[str]:
 
 
 def in_suite(nodes: Sequence[str]) -> list[str]:
-    """Return the tests of a collection that judge mutants, by their node identifiers."""
+    """Return the node identifiers of the collected tests that judge mutants."""
     plain = [node for node in nodes if not any(word in node for word in _OTHERS)]
     faults: dict[str, list[str]] = {}
     for node in plain:
@@ -73,7 +74,7 @@ def in_suite(nodes: Sequence[str]) -> list[str]:
 
 
 def forget_benches(tests: Path) -> None:
-    """Clear the caches of the tests, so that each child makes its own benches."""
+    """Clear the caches of the tests, so that each child process makes new benches."""
     folder = str(tests)
     for found in [item for item in get_objects() if isinstance(item, _lru_cache_wrapper)]:
         code = getattr(getattr(found, "__wrapped__", None), "__code__", None)
@@ -86,7 +87,7 @@ class Suite:
     """The collected tests.
 
     Attributes:
-        items: The tests by node identifier, in the order of collection.
+        items: Tests by node identifier, in the order of collection.
     """
 
     root: Path
@@ -101,7 +102,7 @@ class Suite:
         return int(pytest.main([*pytest_options(self.root), *there], plugins=[_Plugin(self)]))
 
     def run(self, nodes: Iterable[str]) -> str | None:
-        """Run tests one after the other up to the first failure; return that test or None."""
+        """Run tests one after the other until one fails; return this test, or None."""
         items = [self.items[node] for node in nodes]
         for item, following in zip_longest(items, items[1:]):
             if not self.passes(item, following):
@@ -110,7 +111,7 @@ class Suite:
 
     @staticmethod
     def passes(item: pytest.Item, following: pytest.Item | None) -> bool:
-        """Run one test; return whether it passes. A skipped test passes."""
+        """Run one test; return whether it passes. A skipped test counts as passed."""
         reports = runtestprotocol(item, log=False, nextitem=following)
         return not any(report.failed for report in reports)
 
@@ -122,7 +123,7 @@ class Suite:
 
 
 def pytest_options(root: Path) -> list[str]:
-    """Return the pytest options for a repository: quiet, without cache."""
+    """Return options of pytest for a repository: quiet, and without a cache."""
     return [
         *("-s", "-p", "no:cacheprovider", "-p", "no:terminal", "-p", "no:xdist"),
         *("--rootdir", str(root), "-c", str(root / "pyproject.toml")),
@@ -131,8 +132,8 @@ def pytest_options(root: Path) -> list[str]:
 
 
 def settle_hypothesis() -> None:
-    """Make hypothesis try the same examples in every run, without a database."""
-    from hypothesis import Phase, settings  # only present with the tests
+    """Make hypothesis use the same examples in every run, without a database."""
+    from hypothesis import Phase, settings  # hypothesis is only installed together with the tests
 
     phases = (Phase.explicit, Phase.generate)
     settings.register_profile(
@@ -142,7 +143,7 @@ def settle_hypothesis() -> None:
 
 
 class _Plugin:
-    """Plugin that passes the collected tests to the suite, and makes reports without text."""
+    """Plugin that passes the collected tests to the suite and suppresses the text of reports."""
 
     def __init__(self, suite: Suite) -> None:
         self._suite = suite
@@ -176,7 +177,7 @@ class _Plugin:
 
 
 def private_folder(config: pytest.Config, name: str) -> None:
-    """Give the temporary folders of this process's tests their own base folder."""
+    """Give this process its own base folder for the temporary folders of its tests."""
     factory = getattr(config, "_tmp_path_factory", None)
     base = getattr(factory, "_basetemp", None)
     if factory is not None and base is not None:
@@ -185,7 +186,7 @@ def private_folder(config: pytest.Config, name: str) -> None:
 
 
 def remove_folders(config: pytest.Config) -> None:
-    """Remove the temporary folders of all children."""
+    """Remove the temporary folders of all child processes."""
     base = getattr(getattr(config, "_tmp_path_factory", None), "_basetemp", None)
     if base is not None:
         for folder in base.glob("mutant*"):

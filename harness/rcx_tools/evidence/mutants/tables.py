@@ -1,6 +1,6 @@
-"""Mutation operators for the tables of spec/: a value, a bit, a limit, a default, a name.
+"""Mutation operators for the tables of spec/: a value, a bit, a limit, a default, or a name.
 
-Only values with an effect are changed; texts for people stay as they are.
+Only values that have an effect are changed. Texts for people stay unchanged.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ __all__ = ["TABLE_OPERATORS", "entry_at", "marks_of", "table_changes", "table_me
 
 TABLE_OPERATORS = ("number", "constant", "default", "swapped values", "swapped names")
 
-#: Keys with texts for people only.
+#: Keys whose values are texts for people only.
 _SPOKEN = re.compile(
     r"\b(?:meaning|title|does|about|done|comment|unit|section|cause|remedy|robot_zero"
     r"|name_ja|cause_ja|remedy_ja)\s*=\s*\"(?:[^\"\\]|\\.)*\""
@@ -88,7 +88,7 @@ def _changes(text: str) -> Iterator[tuple[str, tuple[Edit, ...]]]:
 
 
 def _defaults(text: str) -> Iterator[tuple[str, tuple[Edit, ...]]]:
-    """Yield changes of defaults: another number, or another member of the enumeration."""
+    """Yield changes of a default: to another number, or to another member of the enumeration."""
     members = re.findall(r"\[\"([A-Z_0-9]+)\", ", text)
     for match in re.finditer(r"default = (\"([^\"]*)\")", text):
         old = match[2]
@@ -100,7 +100,7 @@ def _defaults(text: str) -> Iterator[tuple[str, tuple[Edit, ...]]]:
 
 
 def _groups(text: str, pattern: re.Pattern[str]) -> Iterator[tuple[Edit, ...]]:
-    """Yield exchanges of the values of two adjacent members."""
+    """Yield exchanges of the values of two adjacent matches of a pattern."""
     found = list(pattern.finditer(text))
     for one, other in pairwise(found):
         if other.start() - one.end() < 8:
@@ -108,7 +108,7 @@ def _groups(text: str, pattern: re.Pattern[str]) -> Iterator[tuple[Edit, ...]]:
 
 
 def _pairs(match: re.Match[str], inner: re.Pattern[str]) -> Iterator[tuple[str, tuple[Edit, ...]]]:
-    """Yield exchanges of two neighbours in a list."""
+    """Yield exchanges of two adjacent elements of a list."""
     group = 1 if inner.groups else 0
     spans = [
         (Span(match.start(1) + one.start(group), match.start(1) + one.end(group)), one[group])
@@ -133,16 +133,17 @@ def _group(match: re.Match[str], text: str) -> Edit:
 
 
 def entry_at(text: str, offset: int) -> str:
-    """Return the name of the entry at an offset."""
+    """Return the name of the table entry at an offset."""
     start = max(text.rfind("\n[[", 0, offset), 0)
     named = re.compile(r"(?:name|pin|number|id) = \"?([^\"\n]+)\"?").search(text, start)
     return named[1] if named else ""
 
 
 def marks_of(entry: str, files: Sequence[Path]) -> tuple[str, ...]:
-    """Return the texts that names of tests about an entry contain.
+    """Return texts that occur in the names of tests about an entry.
 
-    These are the names of the entry, of all entries that name it, and of the commands of blocks.
+    These are the names of the entry, of all entries that directly or indirectly name it, and of the
+    commands of such blocks.
     """
     found, waiting = {entry}, [entry]
     parts = [part for file in files for part in re.split(r"\n(?=\[\[)", file.read_text("utf-8"))]

@@ -1,4 +1,4 @@
-"""Share of the mutants that the quick tier of the tests finds, compared with all tests."""
+"""Share of the mutants that the quick tests find, compared with all tests."""
 
 from __future__ import annotations
 
@@ -12,23 +12,24 @@ from structured_text.mutants.report import Judged
 
 __all__ = ["QUICK_GOAL", "print_quick_tier", "quick_tier"]
 
-#: Least share that `make test` must find, of the mutants that all tests find [%].
+#: Least share of the mutants found by all tests that `make test` must find [%].
 QUICK_GOAL = 95.0
 _MOST = 12
 
 
 def quick_tier(judged: Sequence[Judged], exhaustive: Collection[str]) -> dict[str, Any]:
-    """Return the part of the kills that the quick tier finds.
+    """Return the share of the killed mutants that the quick tests find.
 
-    Exhaustive tests run last, so a mutant that one of them has found is found by no quick test.
+    Exhaustive tests run last. So if one of them has found a mutant, no quick test finds the mutant.
 
     Args:
-        judged: All mutants, and what has found them.
+        judged: All mutants, each with the test that has found it.
         exhaustive: Tests that `make test` leaves out.
 
     Returns:
-        `killed` by a quick test, `share` of what all tests kill [%], and `only_exhaustive`: how
-        many mutants each test function of the exhaustive tier finds alone.
+        `killed`: number of mutants that a quick test kills; `share`: their share of all killed
+        mutants [%]; `only_exhaustive`: number of mutants that only exhaustive tests find, for each
+        test function.
     """
     killed = [mutant for mutant in judged if mutant.killed]
     late = Counter(mutant.by.partition("[")[0] for mutant in killed if mutant.by in exhaustive)
@@ -38,7 +39,7 @@ def quick_tier(judged: Sequence[Judged], exhaustive: Collection[str]) -> dict[st
 
 
 def print_quick_tier(console: Console, kind: str, found: Mapping[str, Any]) -> None:
-    """Print the scores of the quick tier and of all tests, and the kills of all tests only."""
+    """Print the scores of the quick tests and of all tests, and the kills by exhaustive tests."""
     tier = found["quick"]
     score = 100.0 * tier["killed"] / found["mutants"] if found["mutants"] else 100.0
     console.print(

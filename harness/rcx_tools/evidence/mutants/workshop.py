@@ -1,9 +1,8 @@
-"""The built-in engine with exchangeable POUs: compile a program once, then insert a mutant.
+"""The built-in engine with exchangeable POUs: compile a program once, then insert mutants.
 
-Compiling each program again for each mutant would take long. Therefore a process compiles each
-program once, and each of its child processes replaces only the code of the mutated POU.
-`Workshop.install` replaces how this process loads and compiles programs; only the child processes
-insert mutants.
+It would take long to compile each program again for each mutant. Therefore the main process
+compiles each program once, and each child process replaces only the code of the mutated POU.
+`Workshop.install` replaces the functions by which this process loads and compiles programs.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ from structured_text.language.source import source_text
 from structured_text.mutants.engine import Checked, load_checked, python_of, rechecked
 from structured_text.output.paths import real
 
-# Imported by name, because the packages have functions with the same names as these modules.
+# Imported by name because the packages contain functions with the same names as the modules.
 front: Any = import_module("structured_text.language.load")
 chooser: Any = import_module("structured_text.engines.load")
 compiling: Any = import_module("structured_text.engines.builtin.compile")
@@ -36,7 +35,7 @@ __all__ = ["Workshop"]
 
 @dataclass(frozen=True)
 class _Change:
-    """The change that a mutant makes; see `Workshop.put_in`."""
+    """The change by a mutant; see `Workshop.put_in`."""
 
     file: Path
     text: str
@@ -46,7 +45,7 @@ class _Change:
 
 @dataclass
 class _Compiled:
-    """A compiled program; `swapped` says that it already contains the current mutant."""
+    """A compiled program. `swapped` says whether it already contains the current mutant."""
 
     checked: Checked
     module: Module
@@ -56,10 +55,10 @@ class _Compiled:
 
 @dataclass
 class Workshop:
-    """The loader and compiler for the programs of this process.
+    """Replacement for the loader and the compiler of this process.
 
     Attributes:
-        seen: Upper-case names of the POUs that have run since `watch` was last called.
+        seen: Upper-case names of the POUs that have run since the last call of `watch`.
     """
 
     seen: set[str] = field(default_factory=set)
@@ -70,22 +69,22 @@ class Workshop:
     _changed: _Change | None = None
 
     def install(self) -> None:
-        """Replace the loader and the compiler of this process by this workshop."""
+        """Replace the loader and the compiler of this process by this object."""
         chooser.load = self.load
         chooser.BuiltinProgram = _Builder(self)
         chooser.find_matiec = lambda *_: None
         front.read_file = self._parse
 
-    # --- one mutant, in a child ---
+    # --- the mutant of a child process ---
 
     def put_in(self, file: Path, text: str, pou: str, body: tuple[s.Statement, ...] | None) -> None:
-        """Change the text of a file in every program that is built from now on.
+        """Change the text of a file for every program that is built from now on.
 
         Args:
-            file: The file of the library.
-            text: Its changed text.
+            file: File of the library.
+            text: Changed text of the file.
             pou: Upper-case name of the changed POU.
-            body: The changed statements of this POU; None if a declaration is changed as well.
+            body: Changed statements of the POU; None if a declaration is changed as well.
         """
         self._changed = _Change(real(file), text, pou, body)
 
@@ -94,7 +93,7 @@ class Workshop:
             return parse_text(self._changed.text, file)
         return parse(file)
 
-    # --- which POUs run ---
+    # --- record of the POUs that run ---
 
     def watch(self) -> None:
         """Clear `seen`, and record the POUs that run from now on."""
@@ -105,7 +104,7 @@ class Workshop:
         self._watched = []
 
     def unwatch(self) -> None:
-        """Stop recording; every program runs as it was compiled."""
+        """Stop recording; every program then runs as it was compiled."""
         self.watch()
         self._watching = False
         for compiled in self._compiled.values():
@@ -125,7 +124,7 @@ class Workshop:
         first.noted = function  # type: ignore[attr-defined]
         return first
 
-    # --- load and compile ---
+    # --- loading and compiling ---
 
     @property
     def programs(self) -> int:
@@ -133,16 +132,16 @@ class Workshop:
         return len(self._compiled)
 
     def load(self, paths: Sequence[Path]) -> Project:
-        """Return a checked project; the same object if the sources are the same.
+        """Return a checked project; return the same object for the same sources.
 
-        If a mutant is set, its body is inserted into the compiled program. A program that cannot
-        take the mutant, because a declaration is changed, is compiled again.
+        If a mutant is set, its body is inserted into the compiled program. If a declaration is
+        changed, the program cannot take the mutant and is compiled again.
         """
         key = tuple(source_text(path) for path in paths)
         found = self._compiled.get(key)
         if found is None or not self._fits(found):
             found = self._compile(paths)
-            if found is None:  # The sources have a mistake; the loader raises the error.
+            if found is None:  # The sources contain an error, which the loader raises.
                 project: Project = front.load(paths)
                 return project
             self._compiled[key] = found
@@ -151,7 +150,7 @@ class Workshop:
         return found.checked.project
 
     def _fits(self, compiled: _Compiled) -> bool:
-        """Return whether a program compiled earlier can take the mutant, or lacks its POU."""
+        """Return whether a compiled program can take the mutant, or does not contain its POU."""
         if self._changed is None or compiled.swapped:
             return True
         return self._changed.body is not None or not self._has(compiled)
@@ -187,10 +186,10 @@ class Workshop:
         return compiled
 
     def _swap(self, compiled: _Compiled) -> None:
-        """Insert the current mutant into a compiled program, once.
+        """Insert the current mutant into a compiled program, if it is not there yet.
 
         Only the body of the changed POU is checked and compiled again. Executing its code in the
-        module's names replaces the old function, so that all callers use the new one.
+        namespace of the module replaces the old function, so that all callers use the new function.
         """
         if self._changed is None or compiled.swapped:
             return
@@ -207,8 +206,8 @@ class Workshop:
     def program(self, project: Project) -> BuiltinProgram:
         """Return a program of a project.
 
-        A project that `load` of this workshop returned is compiled already; any other is compiled
-        by the engine.
+        A project that came from `load` is compiled already. Any other project is compiled by the
+        engine.
         """
         found = self._by_project.get(id(project))
         if found is None:
@@ -217,7 +216,7 @@ class Workshop:
 
 
 class _Builder:
-    """A replacement for the class BuiltinProgram where programs are built."""
+    """A replacement for the class BuiltinProgram, used where programs are built."""
 
     def __init__(self, workshop: Workshop) -> None:
         self._workshop = workshop

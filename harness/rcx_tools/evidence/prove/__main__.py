@@ -1,7 +1,7 @@
 """Command `python -m rcx_tools.evidence.prove`: prove the library; write out/prove.json.
 
-If properties or seeded bugs are named, or another copy of the library is given, only that part
-runs. The outcome of named properties or bugs goes to out/prove/part.json.
+If properties or seeded bugs are named, or another copy of the library is given, only this part
+runs. The outcome of named properties or bugs is written to out/prove/part.json.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def _positive(text: str) -> float:
 
 
 class _Runner:
-    """Runs the jobs without a saved outcome; only good outcomes are saved."""
+    """Runner of the jobs that have no saved outcome. It saves only good outcomes."""
 
     def __init__(self, options: Namespace, console: Console) -> None:
         self._known = Results(options.out / "prove" / "known.jsonl", fresh=options.fresh)
@@ -77,14 +77,14 @@ class _Runner:
         died: Run[Any],
         prepare: Callable[[], None] = lambda: None,
     ) -> dict[str, Any]:
-        """Return the outcomes by key; take `good` ones from earlier runs.
+        """Return the outcomes by key; reuse good outcomes of earlier runs.
 
         Args:
             title: The title of the progress bar.
-            run: Runs a job.
+            run: Function that runs a job.
             work: The jobs.
-            died: Gives the outcome of a job after its process has died.
-            prepare: Is called once before the first job, if any job has to run.
+            died: Function that returns the outcome of a job whose process has died.
+            prepare: Function that is called once before the first job, if any job has to run.
         """
         found = {job.key: known for job in work if (known := self._known.get(job.key))}
         missing: list[HasKey] = [job for job in work if job.key not in found]
@@ -138,7 +138,7 @@ def _prove(options: Namespace, console: Console) -> int:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Prove the library; return 0 if all comes out right, 1 if not, 2 on bad input."""
+    """Prove the library; return 0 if all is proved, 1 if not, 2 on bad input."""
     options = _arguments(arguments)
     console = Console(stderr=True, highlight=False)
     try:

@@ -1,7 +1,7 @@
 """The areas of the controller in the process image, as the proofs read them (chapter 1, 4).
 
-The layout is written a second time from the manual and does not use plc/lib. An error in plc/lib
-therefore cannot hide itself.
+The layout is taken from the manual independently of plc/lib. An error in the layout of plc/lib is
+therefore detected.
 """
 
 from __future__ import annotations
@@ -31,20 +31,21 @@ __all__ = [
     "word",
 ]
 
-#: Bytes n + 32 and n + 33 (chapter 5, 1): SI(00), SI(01), SI(06); SI(10), SI(12), SI(14) to SI(17).
+#: The dedicated inputs in bytes n + 32 and n + 33 (chapter 5, 1): SI(00), SI(01), SI(06), SI(10),
+#: SI(12), SI(14) to SI(17).
 INPUTS = 0x0043 | 0xF500
 #: SI(00) and SI(06): switching them OFF takes effect at once.
 STOPS = 0x0041
 #: Offset of the first byte of the dedicated bits, from m or n (chapter 1, 4.1).
 DEDICATED = 32
-#: ErrorID of a second call in a scan (docs/reference/errors.md).
+#: ErrorID of a second call in the same scan (docs/reference/errors.md).
 AGAIN = 0x8037
 
 Memory = Mapping[Path, Value]
 
 
 def byte(machine: Machine, address: Any, memory: Memory | None = None) -> Any:
-    """Return a byte of the image; an image of words is little endian (guide chapter 1, 1.1)."""
+    """Return a byte of the image. An image of words is little endian (guide chapter 1, 1.1)."""
     image = machine.term(IMAGE, memory)
     if image.sort().range().size() == 8:
         return z3.Select(image, address)
@@ -55,7 +56,7 @@ def byte(machine: Machine, address: Any, memory: Memory | None = None) -> Any:
 
 
 def word(machine: Machine, address: Any, memory: Memory | None = None) -> Any:
-    """Return a word of the image; its distance from the start of the area must be even."""
+    """Return a word of the image. Its distance from the start of the area must be even."""
     image = machine.term(IMAGE, memory)
     if image.sort().range().size() == 8:
         return z3.Concat(z3.Select(image, address + 1), z3.Select(image, address))
@@ -70,24 +71,24 @@ def offset(machine: Machine, pin: str = "N") -> Any:
 def legal_image(machine: Machine) -> Any:
     """Return the claim that ImageSize is at most the 512 bytes of the array (chapter 1, 4).
 
-    The manual allows any image, so the array is the only limit.
+    The manual allows images of any size, so the array is the only limit.
     """
     size = machine.term((*BLOCK, "IMAGESIZE"))
     return z3.And(size >= 0, size <= 512)
 
 
 def accepted(step: Step) -> Any:
-    """Return the claim that this FB_WriteArea was the first of its scan, with a legal area."""
+    """Return the claim that this FB_WriteArea call was the first of its scan, with a legal area."""
     return step.now((*BLOCK, "ERRORID")) == 0
 
 
 def again(step: Step) -> Any:
-    """Return the claim that the call was another one in the same scan, with a legal area."""
+    """Return the claim that this was another call in the same scan, with a legal area."""
     return step.now((*BLOCK, "ERRORID")) == AGAIN
 
 
 def at_the_start(library: Library, block: str) -> Machine:
-    """Return a machine with a new instance of a block and its VAR_IN_OUTs before its first call."""
+    """Return a machine with a new instance of a block and its VAR_IN_OUTs before any call."""
     machine = library.machine()
     pou = library.pou(block)
     assert pou.block is not None

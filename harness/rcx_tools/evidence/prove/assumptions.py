@@ -1,10 +1,10 @@
-"""Assumptions of the proofs about a user's program; the page of the evidence lists each."""
+"""Assumptions that the proofs make about a user's program. The evidence page lists each."""
 
 from __future__ import annotations
 
 __all__ = ["ASSUMPTIONS"]
 
-#: One sentence by name.
+#: The sentence of each assumption, by name.
 ASSUMPTIONS = {
     "inner": "No program writes into RCX_REF: neither its part Inner nor the other fields.",
     "clock": "The PLC's clock never runs backwards; it counts less than 2^62 ns (146 years).",

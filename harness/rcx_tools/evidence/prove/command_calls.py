@@ -1,4 +1,4 @@
-"""A call of a command block: the command it holds, its request and its pins."""
+"""A call of a command block: the command that it holds, its request, and its pins."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = ["Call", "Held"]
 
 @dataclass(frozen=True)
 class Held:
-    """The command that a block holds, whether its job is busy and whether it is refused."""
+    """The command that a block holds, whether the job is busy, and why the command is refused."""
 
     busy: Any
     refused: Any
@@ -36,19 +36,19 @@ class Held:
         return z3.And(self.busy, self.refused == 0)
 
     def same(self, other: Held) -> Any:
-        """Return the claim that all but `busy` is equal."""
+        """Return the claim that both commands are equal, apart from `busy`."""
         pairs = [(self.refused, other.refused), (self.code, other.code)]
         pairs += zip(self.data, other.data, strict=True)
         return z3.And([one == two for one, two in pairs])
 
 
 class Call:
-    """One call of a command block, from any state with its job busy, or from any state without.
+    """One call of a command block, from any state with a busy job or from any state without.
 
     Attributes:
-        block: Its name in upper case.
-        machine: Its memory after the call.
-        step: The call.
+        block: Name of the block in upper case.
+        machine: The machine with its memory after the call.
+        step: The call with its memories.
     """
 
     def __init__(self, library: Library, block: str, *, busy: bool) -> None:
@@ -81,7 +81,7 @@ class Call:
             return self.machine.term((*BLOCK, *path), memory)
 
         busy = term("JOB", "BUSY")
-        if self.block == "FB_CONTINUOUSPOSITION":  # it starts only legal commands
+        if self.block == "FB_CONTINUOUSPOSITION":  # this block only starts legal commands
             data = tuple(z3.BitVecVal(int(k == 0), 16) for k in WORDS)
             return Held(busy, z3.BitVecVal(0, 16), term("CODE"), data)
         data = tuple(term("DATA", k) for k in WORDS)
@@ -90,7 +90,7 @@ class Call:
         return Held(busy, term("JOB", "TROUBLE"), term("JOB", "HOLDER"), data)
 
     def between(self, memory: Mapping[Path, Value], unused: Iterable[int]) -> Any:
-        """Return the invariant between two calls, without the goals about the held command."""
+        """Return the invariant between two calls, without the claims about the held command."""
         held = self._held(memory)
         rules = [z3.Implies(self.machine.term((*BLOCK, "JOB", "ACTIVE"), memory), held.busy)]
         rules += [held.data[k] == 0 for k in unused]
@@ -101,7 +101,7 @@ class Call:
 
     @property
     def turn(self) -> Any:
-        """Return the claim about the job that the property `turn-once` proves."""
+        """Return the claim about the job that the property `turn-once` has proved."""
         was, job, channel = self.step.was, (*BLOCK, "JOB"), (*ROBOT, "INNER", "COMMAND")
         own = was((*job, "TICKET")) == was((*channel, "SERVING"))
         number = was((*ROBOT, "INNER", "SCAN"))
@@ -123,7 +123,10 @@ class Call:
 
     @property
     def edge(self) -> Any:
-        """Return the claim that Execute has a rising edge; always true for a block with Enable."""
+        """Return the claim that Execute has a rising edge.
+
+        The claim is always true for a block with Enable.
+        """
         if self.block in ("FB_JOG", "FB_CONTINUOUSPOSITION"):
             return z3.BoolVal(True)
         return z3.And(
@@ -133,7 +136,7 @@ class Call:
     # --- pins ---
 
     def pin(self, name: str, place: int = 0) -> Any:
-        """Return a pin as it is at the call, or an element of it: a term, or a text."""
+        """Return the value of a pin at the call, or of an element of the pin: a term, or a text."""
         path: Path = (*BLOCK, name.upper())
         if isinstance(self._pou.symbols[name.upper()].type, ArrayType):
             path = (*path, place)
@@ -143,7 +146,7 @@ class Call:
         return value.value if isinstance(value, Real) else self.machine.term(path, self.step.before)
 
     def member(self, name: str, member: str) -> Any:
-        """Return the claim that a pin equals this member of its enumeration."""
+        """Return the claim that a pin equals a given member of its enumeration."""
         kind = self._pou.symbols[name.upper()].type
         assert isinstance(kind, EnumType)
         return self.pin(name) == [one.upper() for one in kind.members].index(member)

@@ -1,4 +1,4 @@
-"""Invariants between two calls of the blocks that are proved from the proofs of their parts."""
+"""Invariants between two calls of the blocks whose proofs use the proofs of inner blocks."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ __all__ = ["COLLECTS", "inside", "keeps"]
 
 Memory = Mapping[Path, Value]
 
-#: Its alarm is that of the command that has ended abnormally.
+#: Block whose alarm is the alarm of its command that has ended abnormally.
 COLLECTS = "FB_PICKPLACE"
 
-#: By inner block of FB_RcxMove: the kind of rows that it executes. Below: kinds that only run
-#: forwards.
+#: Kind of the rows that each inner block of FB_RcxMove executes. `_FORWARDS`: kinds that run in
+#: forward direction only.
 _KINDS = {
     "PTP": "PTP",
     "STRAIGHT": "LINEAR",
@@ -40,7 +40,7 @@ _FORWARDS = ("CIRCULAR", "BY_PTP", "BY_LINEAR", "BY_MM")
 
 
 def inside(library: Library, name: str, path: Path = BLOCK) -> Iterator[tuple[Path, str]]:
-    """Yield the inner blocks that users call, too, with their types."""
+    """Yield path and type of the inner blocks that users can also call directly."""
     for symbol in library.pou(name).section("VAR"):
         kind = symbol.type
         if not isinstance(kind, BlockType) or kind.name.upper() not in library.project.pous:
@@ -53,17 +53,17 @@ def inside(library: Library, name: str, path: Path = BLOCK) -> Iterator[tuple[Pa
 
 
 class _State:
-    """The scalars of a block in one state of the memory."""
+    """The scalars of a block, in one state of the memory."""
 
     def __init__(self, machine: Machine, memory: Memory) -> None:
         self._machine, self._memory = machine, memory
 
     def get(self, *path: Any) -> Any:
-        """Return a scalar by its path in the block."""
+        """Return a scalar by its path below the block."""
         return self._machine.term((*BLOCK, *path), self._memory)
 
     def among(self, path: tuple[str, ...], *members: str) -> Any:
-        """Return the claim that an enumeration has one of these values."""
+        """Return the claim that an enumeration has one of these members as its value."""
         kind = self._machine.type_of((*BLOCK, *path))
         assert isinstance(kind, EnumType)
         places = [member.upper() for member in kind.members]
@@ -75,7 +75,7 @@ class _State:
 
 
 def keeps(library: Library, machine: Machine, memory: Memory, name: str) -> Iterator[Any]:
-    """Yield the invariants of the inner blocks, in addition to the outputs of each."""
+    """Yield the invariants about the inner blocks, in addition to those of their outputs."""
     state = _State(machine, memory)
     if name == "FB_MOVETABLE":
         yield from _table(library, state)
@@ -84,7 +84,7 @@ def keeps(library: Library, machine: Machine, memory: Memory, name: str) -> Iter
 
 
 def _table(library: Library, state: _State) -> Iterator[Any]:
-    """Yield the claims: only the block of the running row is busy.
+    """Yield the claims that only the block of the running row is busy.
 
     A block that was withdrawn in the last call may still be busy.
     """
@@ -104,7 +104,7 @@ def _table(library: Library, state: _State) -> Iterator[Any]:
 
 
 def _row(state: _State, block: str) -> Any:
-    """Return the claim that the running row belongs to this block."""
+    """Return the claim that the running row needs this block."""
     get = state.get
     kind = ("PRESENT", "KIND")
     if block == "PORT":
@@ -116,7 +116,8 @@ def _row(state: _State, block: str) -> Any:
     return z3.And(z3.Not(get("ARRIVED")), state.among(kind, f"MOVE_{own}"), forwards)
 
 
-#: The stages of FB_PickPlace in which its parts work; below, the stages near the places.
+#: Stages of FB_PickPlace by the inner block that works in them. `_NEAR` and `_AT_TARGET`: stages
+#: close to source or target.
 _MOVES = ("TO_SOURCE", "TO_PART", "LIFT", "TO_TARGET", "LOWER", "LEAVE", "SHIFT")
 _NEAR = ("TO_PART", "LIFT", "LOWER", "LEAVE")
 _AT_TARGET = ("TO_TARGET", "LOWER", "LEAVE")
@@ -172,7 +173,7 @@ def _shifts(state: _State) -> Any:
 
 
 def _task(state: _State, path: Path) -> Any:
-    """Return the claim that the pins of a part of FB_PickPlace select this block."""
+    """Return the claim that the state of FB_PickPlace selects this inner block."""
     get = state.get
     if path[0] == "CARRY":
         return _movement(state, path[-1])
@@ -197,7 +198,7 @@ def _task(state: _State, path: Path) -> Any:
 
 
 def _legal(number: Any) -> Any:
-    """Return the claim that an input of this number exists: 20 is DI(20)."""
+    """Return the claim that an input with this number exists; number 20 means DI(20)."""
     return z3.And(number > 0, z3.SRem(number, z3.BitVecVal(10, number.size())) <= 7)
 
 

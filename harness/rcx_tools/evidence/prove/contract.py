@@ -1,8 +1,8 @@
-"""The contract of each block: its pins Execute, Enable, Busy, Done, Valid, Error and similar ones.
+"""The contract of each block: rules for its pins Execute, Enable, Busy, Done, Valid and Error.
 
-Candidates for the invariant between the calls come from templates, for example equal pins of inner
+Candidates for the invariant between the calls come from templates. Examples are equal pins of inner
 blocks, or outputs that exclude each other. A candidate that a call can violate is dropped. This is
-repeated until the remaining conjunction is inductive (Houdini).
+repeated until the remaining candidates together are inductive (Houdini).
 """
 
 from __future__ import annotations
@@ -38,28 +38,31 @@ from structured_text.prove.values import Value, scalar
 
 __all__ = ["PROPERTIES", "kind_of"]
 
-#: A word may be shared with the responses of commands; then neither Valid nor Error is set.
+#: The word of these blocks may be shared with command responses; then neither Valid nor Error is
+#: set.
 _SHARED = ("WORD", "WORDINWORDS")
-#: Their errors end with the cause, not with Enable.
+#: Blocks whose error ends with its cause, even while Enable is TRUE.
 _PASSING = ("FB_AUTOMODE", "FB_STATUS")
-#: Blocks without an Error pin; their outputs depend only on their pins.
+#: Blocks without an Error pin, and whose outputs depend only on their pins.
 _TEXTS = ("FB_ALARMTEXT", "FB_ERRORTEXT", "FB_ENTRYTEXT", "FB_DEDICATEDBITS", "FB_RCXSTAGETEXT")
-#: Their outputs depend on arithmetic. A proof takes any result of it, so a second instance may give
-#: another result.
+#: Blocks whose outputs depend on arithmetic. A proof allows any result of the arithmetic, so two
+#: instances with equal pins may give different results.
 _COMPUTING = ("FB_HANDFROMPOINTS", "FB_SCARAFORWARD", "FB_SCARAINVERSE", "FB_SHIFTFROMPOINTS")
-#: Neither Valid nor Error while the data are old; these blocks remember the last side.
+#: Blocks that set neither Valid nor Error while the data are old, because they remember the last
+#: result.
 _WATCHING = ("FB_ATPOINT", "FB_AXISAREA", "FB_WORKAREA")
 _ALARM = ("ALARMGROUP", "ALARMCATEGORY")
-#: The only block that reports the link and the controller's answer.
+#: The only block that reports both the link and the answer of the controller.
 _TAKER = "FB_RCXTAKEHEAD"
-#: They send nothing to the controller, so they may be called in any place.
+#: Blocks that send nothing to the controller, so they may be called anywhere in a scan.
 _LOOKING = ("FB_AUTOMODE", "FB_INTERLOCK", "FB_STATUS")
-#: ErrorID of a block that is called out of place (docs/reference/errors.md).
+#: ErrorID of a block that is called outside of FB_ReadArea and FB_WriteArea
+#: (docs/reference/errors.md).
 _OUT_OF_PLACE = 0x8017
 
 
 def kind_of(library: Library, block: str) -> str:
-    """Return the kind of contract that a block has by its pins; "" if it has none."""
+    """Return the kind of contract that a block has according to its pins; "" if it has none."""
     pou = library.pou(block)
     inputs = {symbol.name.upper() for symbol in pou.section("VAR_INPUT")}
     outputs = {symbol.name.upper() for symbol in pou.section("VAR_OUTPUT")}
@@ -78,7 +81,7 @@ def kind_of(library: Library, block: str) -> str:
 
 
 def _edge(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
-    """Return the claims about one call of a block with Execute, by name."""
+    """Return the claims about one call of a block with Execute, each with a name."""
     execute, placed = now["EXECUTE"], _placed(was)
     edge = z3.And(execute, z3.Not(saw), z3.Not(was["BUSY"]))
     refused = z3.And(now["ERROR"], now["ERRORID"] == _OUT_OF_PLACE, z3.Not(now["BUSY"]))
@@ -87,7 +90,8 @@ def _edge(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
     return {
         "at most one of Busy, Done, Error": exclusive(now, ("BUSY", "DONE", "ERROR")),
         "Error exactly with ErrorID": now["ERROR"] == (now["ERRORID"] != 0),
-        # FB_PickPlace is Active while one of its commands is: the property `response` proves that.
+        # The property `response` proves that FB_PickPlace is Active exactly while one of its
+        # commands is.
         "Active only with Busy": z3.Implies(
             z3.And(now.bit("ACTIVE"), block != COLLECTS), now["BUSY"]
         ),
@@ -106,7 +110,7 @@ def _edge(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
 
 
 def _level(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
-    """Return the claims about one call of a block with Enable, by name."""
+    """Return the claims about one call of a block with Enable, each with a name."""
     enable = now["ENABLE"]
     shown = z3.Or(now["VALID"], now.bit("BUSY"), now["ERROR"])
     claims = {
@@ -119,7 +123,7 @@ def _level(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
             z3.And(enable, was["ERROR"]), now["ERROR"]
         )
     if block not in _LOOKING:
-        # A jog that has ended by itself continues to show this end.
+        # A jog that has ended by itself continues to show its end.
         ended = z3.And(now["VALID"], now.bit("LOCKED"))
         claims["out of place Error is TRUE"] = z3.Implies(
             z3.And(z3.Not(_placed(was)), enable), z3.Or(now["ERROR"], ended)
@@ -150,7 +154,7 @@ _CLAIMS = {"edge": _edge, "level": _level, "error": _error, "reader": _reader}
 
 
 def _answers(library: Library, block: str, machine: Machine) -> list[Path]:
-    """Return the paths of the scalars that a block brings from the controller."""
+    """Return the paths of the scalars that a block reads from the controller."""
     return [
         (*BLOCK, symbol.name.upper(), *leaf.suffix)
         for symbol in library.pou(block).section("VAR_OUTPUT")
@@ -160,7 +164,7 @@ def _answers(library: Library, block: str, machine: Machine) -> list[Path]:
 
 
 def _equal(machine: Machine, path: Path, one: Value, other: Value) -> Any:
-    """Return the claim that two values of a scalar are equal, bit by bit."""
+    """Return the claim that two values of a scalar have the same bits."""
     if isinstance(one, reals.Real) or isinstance(other, reals.Real):
         one, other = (z3.BitVecVal(0, 32) if v.known else v.value for v in (one, other))
         return one == other
@@ -171,11 +175,11 @@ def _equal(machine: Machine, path: Path, one: Value, other: Value) -> Any:
 
 
 def _data(library: Library, block: str, step: Step, was: View, now: View) -> dict[str, Any]:
-    """Return the claims about the answer data that a command block shows of its last command."""
+    """Return the claims about the response that a command block shows after its last command."""
     machine = step.machine
     _, initial = at_start(library, block)
     ended = z3.And(was["BUSY"], z3.Not(now["BUSY"]))
-    if (*BLOCK, "JOB", "ENDED") in now.memory:  # out of place it starts and ends in one call
+    if (*BLOCK, "JOB", "ENDED") in now.memory:  # outside of a scan the job ends at once
         ended = z3.Or(ended, z3.And(z3.Not(_placed(was)), step.now((*BLOCK, "JOB", "ENDED"))))
     kept, cleared = [], []
     for path in _answers(library, block, machine):
@@ -205,9 +209,9 @@ def _data(library: Library, block: str, step: Step, was: View, now: View) -> dic
 
 
 def _memoryless(library: Library, block: str, step: Step) -> Goal:
-    """Return the goal that the outputs depend on the pins only, not on the history.
+    """Return the goal that the outputs depend on the pins only.
 
-    Two instances with different histories and the same pins must show the same.
+    Two instances with different histories and the same pins must have the same outputs.
     """
     machine, pou = step.machine, library.pou(block)
     first = machine.snapshot()

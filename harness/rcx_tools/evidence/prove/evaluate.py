@@ -1,9 +1,9 @@
 """Compiler from terms of the solver to straight-line Python, much faster than `z3.substitute`.
 
 Truth values are `bool`, bit vectors unsigned `int`, floating-point numbers `float`. Arrays are
-`dict`; the key `REST` holds the value of all other places. The caller supplies the functions that
-the solver does not interpret. If the solver leaves a result open (a conversion out of range), this
-compiler returns some number.
+`dict`; the key `REST` holds the value of all elements without a key. The caller supplies the
+functions that the solver does not interpret. If the solver leaves a result open (a conversion out
+of range), the compiled code returns an arbitrary number.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from structured_text.prove.logic import UnsupportedError
 
 __all__ = ["REST", "Program", "program"]
 
-#: The key of an array's value for all places that are not keys.
+#: Key of an array for the value of all elements without a key of their own.
 REST = "rest"
-#: A term that is used once is written inline if its code is at most this many characters long.
+#: If a term is used once and its code has at most this number of characters, it is written inline.
 _INLINE = 300
 
 
 @dataclass(frozen=True)
 class Program:
-    """A compiled term or list of terms, made by `program`.
+    """A compiled term or list of terms; `program` makes it.
 
     Attributes:
         inputs: Names of the variables, in the order in which `run` takes their values.
-        run: Takes the values of the inputs and returns those of the terms.
+        run: Function that takes the values of the inputs and returns the values of the terms.
     """
 
     inputs: tuple[str, ...]
@@ -46,8 +46,8 @@ def program(
     """Compile these terms to Python.
 
     Args:
-        terms: Terms of the solver; anything else is a constant.
-        functions: Python functions for uninterpreted functions, by name.
+        terms: Terms of the solver. Any other object is a constant.
+        functions: Python functions for the uninterpreted functions, by name.
     """
     order, uses = _ordered(terms)
     writer = _Writer(uses, functions or {})
@@ -103,7 +103,7 @@ class _Writer:
         self.names: dict[str, Any] = dict(_NAMES)
 
     def add(self, term: Any) -> None:
-        """Write a term; its arguments must be written already."""
+        """Write code for a term. Code for its arguments must have been written before."""
         arguments = [self.code[child.get_id()] for child in term.children()]
         code = self._code(term, arguments)
         name = term.get_id()
@@ -194,7 +194,7 @@ def _rotate(name: str) -> Callable[[Any, list[str]], str]:
 
 
 def _fits(symbol: str, high: bool) -> Callable[[Any, list[str]], str]:
-    """Return the writer of a check that a signed result is not above (or below) its range."""
+    """Return the writer of a check that a signed result keeps its upper (or lower) limit."""
 
     def code(term: Any, a: list[str]) -> str:
         one = term.arg(0)
@@ -205,7 +205,7 @@ def _fits(symbol: str, high: bool) -> Callable[[Any, list[str]], str]:
     return code
 
 
-#: Templates of operators that use their operands unchanged.
+#: Templates of operators that use the code of their operands unchanged.
 _PLAIN: dict[int, str] = {
     z3.Z3_OP_TRUE: "True",
     z3.Z3_OP_FALSE: "False",
@@ -271,7 +271,7 @@ def _is_single(term: Any) -> bool:
 def _rounded(symbol: str) -> Callable[[Any, list[str]], str]:
     """Return the writer of an operation that rounds to the nearest number.
 
-    A result of single precision is computed as a double and rounded once more.
+    A result of single precision is computed in double precision and then rounded.
     """
 
     def code(term: Any, a: list[str]) -> str:
@@ -327,7 +327,7 @@ _FLOAT: dict[int, Callable[[Any, list[str]], str]] = {
     z3.Z3_OP_FPA_TO_SBV: lambda term, a: f"whole({a[0]}, {a[1]}, {_mask(term)})",
     z3.Z3_OP_FPA_TO_UBV: lambda term, a: f"whole({a[0]}, {a[1]}, {_mask(term)})",
     z3.Z3_OP_FPA_TO_IEEE_BV: _pattern,
-    # Both sides have one sort. For floats NaN equals NaN, and 0.0 differs from -0.0.
+    # Both operands have the same sort. For floats, NaN equals NaN and 0.0 differs from -0.0.
     z3.Z3_OP_EQ: lambda term, a: (
         f"alike({a[0]}, {a[1]})" if z3.is_fp(term.arg(0)) else f"({a[0]} == {a[1]})"
     ),
@@ -335,7 +335,7 @@ _FLOAT: dict[int, Callable[[Any, list[str]], str]] = {
 
 
 def _quotient(a: int, b: int) -> int:
-    """Return the quotient, truncated towards zero; division by 0 follows the solver's standard."""
+    """Return the quotient truncated towards zero; division by 0 is that of the solver."""
     if b == 0:
         return 1 if a < 0 else -1
     quotient = abs(a) // abs(b)
@@ -390,7 +390,8 @@ def _double_pattern(value: float) -> int:
 def _nearest_single(value: int) -> float:
     """Return the nearest REAL, rounded only once.
 
-    Bits that a double cannot hold are folded into an odd last bit before the second rounding.
+    Bits that do not fit into a double are combined into an odd last bit, so that the second
+    rounding has no effect.
     """
     cut = max(abs(value).bit_length() - 53, 0)
     kept = abs(value) >> cut << cut

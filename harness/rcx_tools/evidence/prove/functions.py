@@ -1,7 +1,7 @@
-"""Proofs of the summaries of functions with long loops against their bodies.
+"""Proofs that the summaries of functions with long loops agree with the function bodies.
 
-A loop is not unrolled but cut. Its loop invariant must hold at the start (base), and again after a
-round (induction step). `n` counts the rounds. Its bound proves that the loop ends.
+A loop is not unrolled. Its loop invariant must hold before the loop (base) and again after each
+round (induction step). `n` counts the rounds. A bound of `n` proves that the loop ends.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ class _Loop:
     """The claims about a loop.
 
     Attributes:
-        keeps: The loop invariant: takes the variables before the loop, the variables now, and the
-            number of rounds.
-        gives: A weaker consequence for the values after the loop. Only this consequence is used
-            afterwards. None: the invariant itself is used.
+        keeps: Loop invariant as a function of the variables before the loop, the present variables,
+            and the number of rounds.
+        gives: Consequence of the invariant for the values after the loop. Only this consequence is
+            used afterwards. If it is None, the invariant itself is used.
     """
 
     keeps: Callable[[Mapping[str, Any], Mapping[str, Any], Any], Any]
@@ -51,11 +51,11 @@ class _Loop:
 class _Cut(Machine):
     """A machine that collects goals for loop invariants instead of unrolling the loops.
 
-    Integers that a loop changes are widened, so that they cannot wrap. The invariant includes that
-    they fit their type.
+    Integers that a loop changes are widened, so that they cannot wrap. The invariant includes the
+    claim that they fit their type.
 
     Args:
-        library: Where its sources are.
+        library: The library with the functions.
         loops: The claims about each loop, in the order of the loops.
     """
 
@@ -70,7 +70,7 @@ class _Cut(Machine):
         self._loops = iter(loops)
 
     def _variables(self, nodes: tuple[t.Statement, ...]) -> dict[str, Path]:
-        """Return the variables that the rounds of a loop assign."""
+        """Return the variables that a loop assigns, with their paths."""
         found = {}
         for node in nodes:
             if not isinstance(node, t.Assign) or not isinstance(node.target, t.Use):
@@ -80,7 +80,7 @@ class _Cut(Machine):
         return found
 
     def _values(self, variables: Mapping[str, Path]) -> dict[str, Any]:
-        """Return the values: REALs as bit patterns, all others widened."""
+        """Return the values of the variables: REALs as bit patterns, all others widened."""
         values = {}
         for name, path in variables.items():
             value = self[path]
@@ -146,7 +146,7 @@ class _Cut(Machine):
     def _after_a_round(
         self, variables: Mapping[str, Path], before: Mapping[str, Any]
     ) -> tuple[dict[str, Any], Any]:
-        """Return the widened variables after a round; an integer changes by a constant."""
+        """Return the widened variables after a round. An integer may only change by a constant."""
         after, fits = {}, []
         for name, path in variables.items():
             value = self[path]
@@ -171,7 +171,7 @@ _HOUR, _MINUTE, _SECOND, _MS = 3_600_000_000_000, 60_000_000_000, 1_000_000_000,
 def _counts(step: int, most: int, count: str) -> _Loop:
     """Return the claims about a loop that moves `step` ns from Rest to the count in ms.
 
-    It runs at most `most` rounds.
+    The loop runs at most `most` rounds.
     """
     by = step // _MS
 
@@ -235,19 +235,21 @@ def _milliseconds(library: Library) -> Iterator[Goal]:
     )
 
 
-# --- a REAL: Size is its pattern without the sign; one exponent changes the pattern by _STEP ---
+# --- REAL: Size is the pattern without the sign; +1 in the exponent adds _STEP to the pattern ---
 
 _STEP, _INFINITE, _SIGN = 0x80_0000, 0x7F80_0000, 1 << 31
-#: 2^23 and 2^24: between them the mantissa of a REAL is the number itself.
+#: Patterns of 2^23 and 2^24. For numbers between them, the mantissa of the REAL is the number
+#: itself.
 _WHOLE, _ABOVE = 0x4B00_0000, 0x4B80_0000
-#: Doublings that make the mantissa of a denormal number a whole number.
+#: Number of doublings that always make the mantissa of a denormal number a whole number.
 _DOUBLINGS = 149
 
 
 def _doubled(size: Any, n: Any) -> Any:
-    """Return the pattern of a denormal number, or 0, after `n` doublings, at most 149.
+    """Return the pattern of a denormal number, or 0, after `n` doublings (at most 149).
 
-    `n` has 32 bits. While the mantissa is below 2^24 it is shifted left; then the exponent counts.
+    `n` has 32 bits. While the mantissa fits, a doubling shifts it to the left. After that, a
+    doubling adds 1 to the exponent.
     """
     result = z3.BitVecVal(0, 32)
     for high in range(23):
@@ -262,9 +264,9 @@ def _narrow(n: Any) -> Any:
 
 
 def _halvings(first: Mapping[str, Any], now: Mapping[str, Any], n: Any) -> Any:
-    """Return the invariant of the halvings in FC_RcxRealBits.
+    """Return the invariant of the loop of halvings in FC_RcxRealBits.
 
-    Numbers of 2^24 and more are halved. Infinity stays infinity until Exponent ends the loop.
+    The loop halves numbers of 2^24 and more. Infinity stays infinity until Exponent ends the loop.
     """
     infinite = first["Rest"] == _INFINITE
     return z3.And(
@@ -276,9 +278,9 @@ def _halvings(first: Mapping[str, Any], now: Mapping[str, Any], n: Any) -> Any:
 
 
 def _doublings(first: Mapping[str, Any], now: Mapping[str, Any], n: Any) -> Any:
-    """Return the invariant of the doublings in FC_RcxRealBits.
+    """Return the invariant of the loop of doublings in FC_RcxRealBits.
 
-    Numbers below 2^23 are doubled; a denormal number until Exponent ends the loop.
+    The loop doubles numbers below 2^23. For a denormal number, Exponent may end the loop earlier.
     """
     rest, steps = first["Rest"], _narrow(n)
     return z3.And(
@@ -290,7 +292,7 @@ def _doublings(first: Mapping[str, Any], now: Mapping[str, Any], n: Any) -> Any:
 
 
 def _real_bits(library: Library) -> Iterator[Goal]:
-    """Yield the goals of FC_RcxRealBits for all patterns of a REAL, with infinities and NaN."""
+    """Yield the goals of FC_RcxRealBits for all patterns, including infinities and NaN."""
     machine = _Cut(library, [_Loop(_halvings), _Loop(_doublings)])
     pattern = z3.BitVec("value", 32)
     result = machine.call_function("FC_RCXREALBITS", [reals.Real(pattern)])
@@ -312,7 +314,7 @@ def _real_bits(library: Library) -> Iterator[Goal]:
 
 
 def _bits_real(library: Library) -> Iterator[Goal]:
-    """Yield the goals of FC_RcxBitsReal for all patterns, with those that are not numbers."""
+    """Yield the goals of FC_RcxBitsReal for all patterns, including those that are not numbers."""
     pattern = z3.BitVec("pattern", 32)
     mantissa, exponent = pattern & _STEP - 1, z3.LShR(pattern, 23) & 0xFF
     start = z3.If(exponent == 0, z3.BitVecVal(1, 32), exponent)

@@ -1,8 +1,8 @@
-"""The permitted changes of a block to RCX_REF, for any pins, in its place or out of it.
+"""The changes that a block may make to RCX_REF, for any pins, inside or outside of a scan.
 
 The relation `guarantee` is reflexive and transitive. It therefore holds for any number of calls of
-any blocks in any order. The inductions over FB_ReadArea and FB_WriteArea depend on it. FB_ReadArea
-satisfies `reading` instead.
+any blocks in any order. The inductions over FB_ReadArea and FB_WriteArea use it. FB_ReadArea itself
+satisfies the relation `reading` instead.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ WRITERS = ("FB_WRITEAREA", "FB_WRITEAREAWORDS")
 #: The fields that FB_ReadArea writes.
 _READ = ("CONNECTED", "SO", "STATUS", "RESPONSE")
 _READ_INNER = ("ELAPSED", "SCAN", "INSCAN", "ANSWER")
-#: The fields that it withdraws, because they were requested outside of a scan.
+#: Fields that FB_ReadArea clears, because the requests in them were made outside of a scan.
 _TAKEN_BACK = ("REQUEST", "CODEREQUEST")
-#: Blocks that are or contain an FB_PowerUp, and the path of it.
+#: Blocks that are or contain an FB_PowerUp, with the path of the FB_PowerUp.
 _POWER_UPS: dict[str, Path] = {
     "FB_POWERUP": BLOCK,
     "FB_OPERATOR": (*BLOCK, "SEQUENCES", "POWERING"),
@@ -49,7 +49,7 @@ Memory = Mapping[Path, Value]
 
 
 def _leaf(machine: Machine, path: Path, before: Memory, after: Memory, request: int) -> Any:
-    """Return the relation between one scalar of RCX_REF before and after; None: unrestricted."""
+    """Return the relation of a scalar of RCX_REF before and after; None if all is permitted."""
     was, now = machine.term(path, before), machine.term(path, after)
     law = law_of(path[1:])
     if law == "free":
@@ -67,15 +67,16 @@ def _leaf(machine: Machine, path: Path, before: Memory, after: Memory, request: 
 
 
 def written(was: Any, now: Any) -> Any:
-    """Return when a value was written, as far as its term shows; the new value does not matter.
+    """Return the condition under which a term shows that a value was written.
 
-    The solver does not have to reason about the arithmetic, above all of REAL.
+    The new value does not matter. The solver therefore needs no reasoning about arithmetic, in
+    particular of REAL.
     """
     return _written(was, now, {})
 
 
 def _written(was: Any, now: Any, known: dict[int, Any]) -> Any:
-    """Do the work of `written`; `known` caches terms, because the branches share most of them."""
+    """Return the result of `written`; `known` caches terms that the branches share."""
     number = now.get_id()
     if number not in known:
         if now.eq(was):
@@ -92,15 +93,16 @@ def _written(was: Any, now: Any, known: dict[int, Any]) -> Any:
 def guarantee(machine: Machine, before: Memory, after: Memory, request: int = ANY) -> Any:
     """Return the relation: blocks do not change the fields of FB_ReadArea and FB_WriteArea.
 
-    Code and Data are theirs to write, but never while a command is out; requests and the flags of
-    the scan only come; General[1] is not written, the words 2 to 15 are the program's.
+    Blocks may write Code and Data, but not while a command is out. They may set requests and flags
+    of the scan, but not clear them. They do not write General[1]; the words 2 to 15 belong to the
+    program.
     """
     found = [_leaf(machine, path, before, after, request) for path in before if path[:1] == ROBOT]
     return z3.And(*[claim for claim in found if claim is not None])
 
 
 def reading(machine: Machine, before: Memory, after: Memory) -> Any:
-    """Return the relation of FB_ReadArea: it writes its readings and withdraws requests only."""
+    """Return the relation of FB_ReadArea: it only writes its readings and clears requests."""
     claims = []
     for path in before:
         inner = path[2] if path[1:2] == ("INNER",) else ""
@@ -120,7 +122,7 @@ def is_connected(library: Library, name: str, path: Path) -> bool:
 
 
 def between(library: Library) -> list[str]:
-    """Return the blocks with a Robot that users call, without FB_ReadArea and FB_WriteArea."""
+    """Return the blocks with a Robot that users call, apart from FB_ReadArea and FB_WriteArea."""
     return [
         name
         for name in library.blocks
@@ -129,9 +131,9 @@ def between(library: Library) -> list[str]:
 
 
 def _lemmas(library: Library) -> Iterator[Goal]:
-    """Yield the lemmas: the guarantee is reflexive and transitive.
+    """Yield the lemmas that the guarantee is reflexive and transitive.
 
-    If one call satisfies it, any number of calls does.
+    If one call satisfies the guarantee, any number of calls does.
     """
     machine = library.machine()
     kind = library.pou("FB_STATUS").symbols["ROBOT"].type
@@ -146,11 +148,11 @@ def _lemmas(library: Library) -> Iterator[Goal]:
 
 
 def _releases(step: Step, name: str) -> Iterator[Goal]:
-    """Yield the goals: only the block meant to release a hold releases it, on a rising edge."""
+    """Yield the goals that only the intended block releases a hold, and only on a rising edge."""
     assumed = list(step.machine.assumptions)
     if name in _POWER_UPS:
-        # It starts FB_ServoOnFromEmergencyStop only without a hold; the next goal proves the
-        # invariant.
+        # FB_PowerUp starts FB_ServoOnFromEmergencyStop only if there is no hold. This invariant is
+        # used, and the next goal proves it.
         place = _POWER_UPS[name]
         at_work = _servo_started(step.machine, step.before, place)
         yield Goal(
@@ -172,10 +174,10 @@ def _releases(step: Step, name: str) -> Iterator[Goal]:
 
 
 def _key_pressed(step: Step) -> Any:
-    """Return the claim that a key of FB_Operator releases: Reset after its own Stop, or Start.
+    """Return the claim that a key of FB_Operator releases a hold.
 
-    Reset releases while the block's own Stop holds SI(06). Start releases unless a start is
-    already busy.
+    Reset releases the hold if it comes from Stop of the same block. Start releases a hold unless a
+    start is already busy.
     """
     keys = (*BLOCK, "KEYS", "PRESSED")
     own = z3.And(step.now((*keys, "RESET")), step.was((*BLOCK, "STOPPED")))
@@ -186,7 +188,7 @@ def _key_pressed(step: Step) -> Any:
 
 
 def _servo_started(machine: Machine, memory: Memory, at: Path) -> Any:
-    """Return the claim that FB_PowerUp's inner block saw its edge in a stage of that block.
+    """Return the claim that FB_PowerUp's inner block has seen its edge in its stages.
 
     The inner block is FB_ServoOnFromEmergencyStop.
     """

@@ -31,19 +31,19 @@ Memory = Mapping[Path, Value]
 
 #: Remote status (guide chapter 1, 1.2).
 READY, RUNNING, NORMAL_END, ABNORMAL_END = 0x0000, 0x0100, 0x0200, 0x4000
-#: Answers of FB_ReadArea to the end statuses (docs/reference/errors.md: 16#8020, abnormal end).
+#: Answer of FB_ReadArea for each end status (docs/reference/errors.md: 16#8020 means abnormal end).
 _ENDS = {NORMAL_END: 0x0200, ABNORMAL_END: 0x8020}
-#: All answers: the statuses, nothing yet, not connected, not ready, command lost.
+#: All answers: the end statuses, no answer yet, not connected, not ready, command lost.
 _ANSWERS = (*_ENDS.values(), 0x0000, 0x8001, 0x8002, 0x8014)
-#: Current position in pulses and in mm, and the bit of n + 2 that requests continuous output (guide
-#: 4.7.4). Continuous output has no end status; the status reset ends it.
+#: Codes for the current position in pulses and in mm, and the bit of n + 2 that requests continuous
+#: output (guide 4.7.4). Continuous output has no end status; the status reset ends it.
 _POSITIONS, _CONTINUOUS = (0x0505, 0x0506), 0x0001
 _HEAD: Path = (*BLOCK, "MAKEHEAD")
-#: FB_WriteArea's copy of the data on the wire (property `bytes`).
+#: Copy of the data on the wire inside FB_WriteArea (see property `bytes`).
 _CODE: Path = (*_HEAD, "CODE")
 _RECOVERY: Path = (*_HEAD, "HANDSHAKE", "RECOVERY")
 _COMMAND_DATA = 2
-#: Blocks with one command per row: the pin that reports a row, and the row counter.
+#: Blocks that send one command per row: the pin that shows the end of a row, and the row counter.
 _ROWS: dict[str, tuple[str, Path]] = {
     "FB_POINTBACKUP": ("TAKEN", ("HEAD", "COUNT")),
     "FB_POINTRESTORE": ("DIFFERENT", ("ROW",)),
@@ -61,7 +61,7 @@ def _same(one: list[Any], other: list[Any]) -> Any:
 def _holds(machine: Machine, memory: Memory | None, answered: Any) -> list[Any]:
     """Return the invariant between two calls of FB_WriteArea.
 
-    `answered`: since the code went out, a status other than 16#0000 has been read.
+    `answered`: a status other than 16#0000 has been read since the code was sent.
     """
 
     def get(*path: Any) -> Any:
@@ -74,10 +74,11 @@ def _holds(machine: Machine, memory: Memory | None, answered: Any) -> list[Any]:
         _words(memory, machine, (*INNER, "DATA")),
     )
     expired, clock = get(*_RECOVERY, "Q"), get(*_RECOVERY, "phase")
-    # The clauses, in order: the recovery timer is consistent; no code is on the wire unless a
-    # command runs; while one runs, wire and request agree in code and data; a command runs only
-    # after the recovery time and if it was not lost; RUNNING is set only after an answer. The last
-    # clause links the flag to the history of the wire, which no variable of the block records.
+    # The clauses, in order: the recovery timer is consistent; there is no code on the wire unless a
+    # command runs; while a command runs, wire and request have the same code and data; a command
+    # runs only after the recovery time and if it was not lost; RUNNING is set only after an answer.
+    # The last clause links the flag to the history of the wire, which no variable of the block
+    # records.
     return [
         z3.And(
             z3.ULE(clock, 2), expired == (clock == 2), get(*_RECOVERY, "before") == (clock != 0)
@@ -100,8 +101,9 @@ def _continuous(step: Step) -> Any:
 def _write_area(library: Library, name: str) -> Iterator[Goal]:
     """Yield the induction over the calls of FB_WriteArea for the invariant `_holds`.
 
-    The calls between them keep the invariant: by property `guarantee`, they do not change Phase and
-    Running, nor Code and Data while a command is out. Only FB_WriteArea has MakeHead.
+    Calls of other blocks do not violate the invariant: by property `guarantee` they change neither
+    Phase nor Running, and not Code and Data while a command is out. Only FB_WriteArea contains
+    MakeHead.
     """
     start = at_the_start(library, name)
     claim = z3.And(*_holds(start, None, z3.BoolVal(False)))
@@ -188,9 +190,10 @@ def _read_area(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _taken(library: Library, name: str) -> Iterator[Goal]:
-    """Yield the goals: a command block in its turn ends in the scan of the end status.
+    """Yield the goals that a command block in its turn ends in the scan of the end status.
 
-    It does not end as Done before that scan. Alarm and response are those of that scan.
+    Done does not come before that scan. The block shows the alarm and the response that are read in
+    that scan.
     """
     step = library.step(name)
     machine = step.machine
@@ -242,9 +245,9 @@ def _taken(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _row(library: Library, name: str) -> Iterator[Goal]:
-    """Yield the goals of a block with one command per row.
+    """Yield the goals of a block that sends one command per row.
 
-    Rows and alarms are those of the scan of the end status.
+    The block shows the row and the alarm that are read in the scan of the end status.
     """
     step = library.step(name)
     machine = step.machine
@@ -291,14 +294,14 @@ def _row(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _collected(library: Library, name: str) -> Iterator[Goal]:
-    """Yield the goals: a composite block shows the alarm of the part that failed.
+    """Yield the goals that a composite block shows the alarm of the inner block that failed.
 
-    The part has ended abnormally in this scan. Active is TRUE only with Busy.
+    The inner block has ended abnormally in this scan. Active is TRUE only with Busy.
     """
     step = library.step(name, library.outline(name))
     machine = step.machine
     parts = [path for path, _ in inside(library, name)]
-    alarm = [  # of each block: property `contract`
+    alarm = [  # property `contract` of each inner block
         claim
         for memory in (step.before, machine.snapshot())
         for path in parts
@@ -323,7 +326,7 @@ def _collected(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _commands(library: Library) -> list[str]:
-    """Return the blocks that run a remote command, except those with their own channel."""
+    """Return the blocks that run a remote command, except blocks with their own channel."""
     pous = {name: library.pou(name) for name in jobs_of(library) if name not in CARRIERS}
     return [
         name

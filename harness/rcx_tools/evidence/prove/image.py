@@ -32,7 +32,7 @@ from structured_text.prove.machine import Machine
 
 __all__ = ["PROPERTIES", "wire"]
 
-#: Index of PHASE_COMMAND_DATA in RCX_PHASE.
+#: Position of PHASE_COMMAND_DATA in RCX_PHASE.
 _COMMAND_DATA = 2
 _HEAD = (*BLOCK, "MAKEHEAD")
 #: Blocks that write general-purpose inputs (chapter 1, 4.1 and 4.2; chapter 3, 2.1).
@@ -60,7 +60,7 @@ def _inside(address: Any, first: Any, count: int) -> Any:
 
 
 def wire(step: Step, before: Any) -> Any:
-    """Return bytes n + 32 and n + 33 after a call, from those before it: see `_dedicated`."""
+    """Return bytes n + 32 and n + 33 after a call as a function of the bytes before it."""
     off = z3.BitVecVal(0, 16)
     for pin, bit in (("EMERGENCYSTOPOK", 0x0001), ("STOPOK", 0x0040)):
         off |= z3.If(step.now((*BLOCK, pin)), z3.BitVecVal(0, 16), z3.BitVecVal(bit, 16))
@@ -69,9 +69,10 @@ def wire(step: Step, before: Any) -> Any:
 
 
 def _dedicated(step: Step, name: str) -> Iterator[Goal]:
-    """Yield the goals about bytes n + 32 and n + 33: applied inputs; a second call only clears.
+    """Yield the goals about bytes n + 32 and n + 33.
 
-    A second call in a scan may only clear SI(00) and SI(06). A refused call writes nothing.
+    The first call in a scan writes the applied inputs. Another call in the same scan may only clear
+    SI(00) and SI(06). A refused call writes nothing.
     """
     machine, at = step.machine, offset(step.machine) + DEDICATED
     before, after = word(machine, at, step.before), word(machine, at)
@@ -126,7 +127,7 @@ def _write_area(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _port(pin: Any) -> tuple[Any, Any]:
-    """Return the byte of a port, SI2() to SI7() and SI10() to SI15(), and that the port exists."""
+    """Return the byte of a port, SI2() to SI7() or SI10() to SI15(), and whether it exists."""
     low = z3.And(pin >= 2, pin <= 7)
     high = z3.And(pin >= 10, pin <= 15)
     number = z3.SignExt(16, pin)
@@ -152,7 +153,7 @@ def _ports(step: Step) -> Iterator[tuple[str, Any]]:
 
 
 def _number(step: Step) -> tuple[Any, Any, Any]:
-    """Return the word's number, whether it is in 2 to 15, and whether in 24 to 127 of 256 bytes."""
+    """Return the word number, whether it is in 2 to 15, and whether 24 to 127 with 256 bytes."""
     number = step.now((*BLOCK, "NUMBER"))
     shared = z3.And(number >= 2, number <= 15)
     size = step.now((*BLOCK, "SIZE"))

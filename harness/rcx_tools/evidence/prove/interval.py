@@ -2,7 +2,8 @@
 
 The proof is an induction over the calls of FB_WriteArea. Ghost variables record the wire and the
 last change, which no variable of the block records. The hard case is the second call in a scan. It
-may clear SI(00) or SI(06) at once, so wire and Applied can differ until the next call.
+may clear SI(00) or SI(06) at once, so the wire and Applied can differ until the next call of
+FB_WriteArea.
 """
 
 from __future__ import annotations
@@ -47,9 +48,9 @@ class _Ghost:
     """The ghost variables of the induction; the program does not contain them.
 
     Attributes:
-        wire: Bytes n + 32, n + 33.
-        last: Moment of their last change; -1: none yet.
-        least: The least spacing that was requested since then.
+        wire: Bytes n + 32 and n + 33.
+        last: Time of the last change of the wire; -1 if there was no change.
+        least: Least spacing that was requested since the last change.
     """
 
     wire: Any
@@ -95,11 +96,10 @@ def _base(library: Library, block: str) -> Iterator[Goal]:
 
 
 def _goals(library: Library, block: str) -> Iterator[Goal]:
-    """Yield the induction over the calls of FB_WriteArea; all other calls keep `_holds`.
+    """Yield the induction over the calls of FB_WriteArea; all other calls preserve `_holds`.
 
-    By property `bytes`, bytes n + 32 and n + 33 are those of `wire`. By property `guarantee`, the
-    other blocks do not change Applied, request neither SI(00) nor SI(06), and only set the flags
-    Keep....
+    By property `bytes`, bytes n + 32 and n + 33 equal `wire`. By property `guarantee`, the other
+    blocks do not change Applied, do not request SI(00) or SI(06), and only set the flags Keep....
     """
     yield from _base(library, block)
     last, least, before = (
@@ -113,7 +113,7 @@ def _goals(library: Library, block: str) -> Iterator[Goal]:
     assumed = [*machine.assumptions, *times]
     assumed += _holds(machine, step.before, ghost, before)
 
-    # The block's spacing equals the requested one. The goals below then allow any spacing.
+    # The block uses the requested spacing. The goals below hold for any valid spacing.
     counts, spacing = accepted(step), step.now(_SPACING)
     asked = z3.Implies(counts, spacing == _at_least(machine, step.before))
     yield Goal(f"{block}: the spacing", tuple(machine.assumptions), asked)
@@ -154,7 +154,7 @@ def _goals(library: Library, block: str) -> Iterator[Goal]:
 
 
 def _by_phase(step: Step, goal: Goal) -> Iterator[Goal]:
-    """Yield a goal in three simpler cases for the solver: the timer rests, runs, is over."""
+    """Yield a goal as three simpler goals: the timer is idle, it runs, it has expired."""
     phase = step.was((*_PACE, "phase"))
     for case, told in enumerate(("rests", "runs", "is over")):
         yield Goal(

@@ -1,7 +1,8 @@
-"""Invariants of a block between its calls: guessed from templates, accepted if inductive (Houdini).
+"""Invariants of a block between its calls: guessed from templates, and accepted if inductive.
 
-A wrong guess is harmless. It either fails at the start, or a counterexample to the induction step
-drops it. The remaining guesses are inductive together, so a proof may assume all of them.
+The method is called Houdini. A wrong guess is harmless: it either fails at the start, or a
+counterexample to the induction step refutes it. The remaining guesses are inductive together, so a
+proof may assume all of them.
 """
 
 from __future__ import annotations
@@ -38,9 +39,9 @@ __all__ = [
     "without_floats",
 ]
 
-#: The pins of the contract.
+#: Pins that the contract is about.
 PINS = ("DONE", "BUSY", "ACTIVE", "ERROR", "ERRORID", "VALID", "ALARMGROUP", "ALARMCATEGORY")
-#: Abnormal end: the response contains the controller's alarm.
+#: ErrorID of an abnormal end. The response then contains the alarm of the controller.
 ABNORMAL = 0x8020
 
 Memory = Mapping[Path, Value]
@@ -81,7 +82,7 @@ def exclusive(view: View, pins: Iterable[str]) -> Any:
 
 
 def _instances(library: Library, block: str) -> Iterator[tuple[Path, BlockType]]:
-    """Yield the block and all inner blocks, except those that may do anything."""
+    """Yield the block and its inner blocks, except those that a guarantee replaces."""
     kind = library.pou(block).block
     assert kind is not None
     yield from _inside(kind, BLOCK, library if block in OUTLINED else None)
@@ -152,7 +153,10 @@ def _guesses(
 
 
 def _over(view: View) -> Any:
-    """Return the claim that its work has ended, with Execute TRUE; FALSE without WasExecute."""
+    """Return the claim that the work has ended while Execute is TRUE.
+
+    The claim is FALSE if the block has no WasExecute.
+    """
     return z3.And(view.bit("WASEXECUTE"), z3.Not(view["BUSY"]))
 
 
@@ -182,7 +186,7 @@ def _of_one(view: View) -> dict[str, Any]:
 
 
 def alarms(now: View) -> dict[str, Any]:
-    """Return, by pin, that the alarm's words are 0 except after an abnormal end."""
+    """Return, for each pin of the alarm, the claim that it is 0 except after an abnormal end."""
     return {
         f"{pin} only of an abnormal end": z3.Implies(now[pin] != 0, now["ERRORID"] == ABNORMAL)
         for pin in ("ALARMGROUP", "ALARMCATEGORY")
@@ -228,8 +232,8 @@ def inductive(
 ) -> list[str]:
     """Return the largest inductive subset of the guesses.
 
-    The result may be assumed before a step and holds again after it. Without an answer of the
-    solver the result is empty.
+    If the guesses of the result hold before a step, they also hold after it. If the solver gives no
+    answer, the result is empty.
     """
     solver = z3.SolverFor("QF_AUFBVFP")
     solver.set("timeout", 20_000)
@@ -255,7 +259,7 @@ def inductive(
 
 
 def at_start(library: Library, block: str) -> tuple[Machine, Memory]:
-    """Return a machine with a block that was never called, and its memory."""
+    """Return a machine with a block that was never called, and the memory of the machine."""
     machine = library.machine()
     pou = library.pou(block)
     assert pou.block is not None
@@ -264,13 +268,13 @@ def at_start(library: Library, block: str) -> tuple[Machine, Memory]:
 
 
 def invariant(library: Library, block: str, step: Step, saw: Any) -> tuple[list[Any], list[Any]]:
-    """Return the invariant before and after a call. It also holds at the start.
+    """Return the invariant before and after a call. The invariant also holds at the start.
 
     Args:
         library: The library.
         block: The block that was called.
-        step: Its call.
-        saw: The Execute of the call before, a variable of the solver.
+        step: The call of the block.
+        saw: Value of Execute in the previous call, as a variable of the solver.
     """
     machine, after_call = step.machine, step.machine.snapshot()
     execute = (*BLOCK, "EXECUTE")
@@ -294,9 +298,9 @@ def assumed(step: Step) -> tuple[Any, ...]:
 
 
 def linked(machine: Machine, memory: Memory) -> Any:
-    """Return the claim of FB_ReadArea that no other block changes: no CPU_OK, an error answer.
+    """Return the claim about the answer of FB_ReadArea: without CPU_OK it is an error.
 
-    Before the very first FB_ReadArea there is no answer yet.
+    Only FB_ReadArea changes these values. Before its very first call there is no answer yet.
     """
     placed = machine.term((*ROBOT, "INNER", "INSCAN"), memory)
     answer = machine.term((*ROBOT, "INNER", "ANSWER"), memory)
@@ -305,7 +309,7 @@ def linked(machine: Machine, memory: Memory) -> Any:
 
 
 def _unwritten(library: Library, block: str, machine: Machine) -> Iterator[Path]:
-    """Yield the scalars of the block and its inner blocks that no statement of theirs writes."""
+    """Yield the scalars of the block and its inner blocks that none of their statements writes."""
     for path, inner in _instances(library, block):
         if inner.name in BLOCKS:
             continue
@@ -327,8 +331,8 @@ def call(
     Args:
         library: The library.
         block: The block.
-        machine: A machine that continues; None: a new one.
-        like: Another state; inputs and connected variables are taken from it.
+        machine: A machine to continue with; None for a new one.
+        like: Another state whose inputs and connected variables are used.
     """
     machine = machine or library.outline(block)
     pou = library.pou(block)
@@ -356,10 +360,10 @@ def call(
 
 
 def without_floats(term: Any) -> Any:
-    """Return the term with a free variable for each result of floating-point arithmetic.
+    """Return the term with a free variable in place of each result of floating-point arithmetic.
 
-    A proof of the new term is a proof of the old one: of these variables only the equality of
-    identical results is known.
+    A proof of the new term also proves the old term. The solver only knows that identical results
+    have equal variables.
     """
     if isinstance(term, bool):
         return term

@@ -1,4 +1,4 @@
-"""The jobs behind `make prove`: each is one part of one property, with a key of its inputs."""
+"""The jobs of `make prove`: each job proves one part of one property. The key hashes its inputs."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ __all__ = [
     "worst",
 ]
 
-#: All properties, in the order of the page.
+#: All properties, in the order of the evidence page.
 PROPERTIES: tuple[Property, ...] = (
     *interval.PROPERTIES,
     *guarantee.PROPERTIES,
@@ -66,13 +66,14 @@ PROPERTIES: tuple[Property, ...] = (
     *functions.PROPERTIES,
 )
 
-#: Real time beyond the limit after which the process of a hanging goal is ended [s].
+#: Real time beyond the time limit of the solver, after which the process of a hanging goal is ended
+#: [s].
 _HANGS = 120
 
 
 @dataclass(frozen=True)
 class Job:
-    """A part of a property of a copy of plc/lib; `key` includes a hash of all its inputs."""
+    """A part of a property for a copy of plc/lib. `key` includes a hash of all inputs."""
 
     folder: str
     property: str
@@ -83,7 +84,7 @@ class Job:
 
 @lru_cache(maxsize=2)
 def library_at(folder: str) -> Library:
-    """Return the library in this folder; the last two are cached."""
+    """Return the library in a folder; the last two libraries are cached."""
     return Library(Path(folder))
 
 
@@ -101,7 +102,7 @@ def property_of(name: str) -> Property:
 
 
 def rests_on(library: Library, item: Property, part: str) -> list[str]:
-    """Return the POUs that a part of a property is about, without the POUs these use."""
+    """Return the POUs that a part of a property is about, without the POUs that these use."""
     return list(library.pous) if item.rests_on is None else list(item.rests_on(part))
 
 
@@ -123,12 +124,12 @@ def jobs(library: Library, wanted: Iterable[str] = (), limit_s: float = 60.0) ->
 
 
 def run(job: Job) -> dict[str, Any]:
-    """Prove the goals of a job; return the outcome of each, and the worst one as status."""
+    """Prove the goals of a job; return the outcome of each, and the worst outcome as status."""
     return _judged(job, answers(job, library_at(job.folder)))
 
 
 def run_until_broken(job: Job, library: Library) -> dict[str, Any]:
-    """Ask the solver like `run`, but stop at the first goal that is not proved."""
+    """Prove goals like `run`, but stop at the first goal that is not proved."""
     goals = []
     for goal in answers(job, library):
         goals.append(goal)
@@ -138,17 +139,20 @@ def run_until_broken(job: Job, library: Library) -> dict[str, Any]:
 
 
 def died(job: Job) -> dict[str, Any]:
-    """Return the outcome for a job if its process has ended by itself."""
+    """Return the outcome of a job whose process has died."""
     return _judged(job, [_unknown(job, DIED)])
 
 
 def worst(statuses: Iterable[str]) -> str:
-    """Return the worst of several statuses; UNKNOWN if there are none."""
+    """Return the worst of several statuses; return UNKNOWN for an empty list."""
     return min(statuses, key=(REFUTED, UNKNOWN, PROVED).index, default=UNKNOWN)
 
 
 def answers(job: Job, library: Library) -> Iterator[dict[str, Any]]:
-    """Yield the solver's answer to each goal; a goal that cannot be asked is unknown."""
+    """Yield the answer of the solver to each goal.
+
+    If a goal cannot be made, the last answer is `unknown` and stands for the part.
+    """
     z3.set_param("smt.random_seed", 0)
     z3.set_param("sat.random_seed", 0)
     _watch(job.limit_s)
@@ -167,7 +171,10 @@ def answers(job: Job, library: Library) -> Iterator[dict[str, Any]]:
 
 
 def _watch(limit_s: float | None) -> None:
-    """End this process if a goal hangs; the run continues without it. None: stop watching."""
+    """End this process if a goal hangs; other processes continue.
+
+    None stops the supervision.
+    """
     if hasattr(signal, "alarm"):
         signal.alarm(0 if limit_s is None else int(limit_s) + _HANGS)
 

@@ -1,7 +1,7 @@
 """The legal telegrams of spec/remote_commands.toml, as a formula over their words.
 
-This is an independent reading of the table. It shares no code with the modules that build and judge
-telegrams.
+This is an independent interpretation of the table. It shares no code with the modules that build
+and judge telegrams.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from structured_text.output.toml_files import load_toml
 
 __all__ = ["CODE_BITS", "legal"]
 
-#: Bits 11-0 of word n are the code, bits 15-12 the robot number.
+#: Bits 11 to 0 of word n are the code, bits 15 to 12 the robot number.
 CODE_BITS = 12
 _ROBOTS = 4
 #: Words n+2 to n+30.
 _WORDS = 15
 _WIDTH = {"u16": 16, "s16": 16, "u32": 32, "s32": 32, "text": 8}
-#: Characters that the guide can carry, and fillers for the rest of a text.
+#: Range of the characters that the guide permits, and characters that may fill the rest of a text.
 _CHARACTERS, _FILLERS = [0x20, 0x7E], (0x20, 0x00)
 _KEYS = {"name", "at", "type", "bits", "count", "length", "values", "range", "by", "ranges"}
 _KEYS |= {"one_bit", "unit", "meaning"}
@@ -34,7 +34,7 @@ Words = Sequence[Any]
 
 @cache
 def _commands() -> Mapping[int, tuple[Mapping[str, Any], tuple[Field, ...]]]:
-    """Return for each code its table, and the fields of its request, including its groups."""
+    """Return for each code its table, and the fields of its request, including group fields."""
     table = load_toml(ROOT / "spec/remote_commands.toml")
     groups = {group["name"]: group.get("request", []) for group in table["group"]}
     found = {}
@@ -49,12 +49,12 @@ def _commands() -> Mapping[int, tuple[Mapping[str, Any], tuple[Field, ...]]]:
 
 
 def legal(code: Any, words: Words, codes: Sequence[int]) -> Any:
-    """Return the claim that the telegram is a legal one of these commands.
+    """Return the claim that the telegram is a legal telegram of one of these commands.
 
     Args:
-        code: Word n, with the robot number.
+        code: Word n with the robot number.
         words: Words n+2 to n+30.
-        codes: The possible commands.
+        codes: Codes of the possible commands.
     """
     return z3.Or([_legal(code, words, one) for one in codes])
 
@@ -97,7 +97,7 @@ def _free(fields: Sequence[Field]) -> list[int]:
 
 
 def _values(field: Field, words: Words) -> list[Any]:
-    """Return the values of a field: one value, or as many as its count."""
+    """Return the values of a field: a list with as many values as the field's count."""
     first = field["at"] // 2 - 1
     if "bits" in field:
         low, high = field["bits"]
@@ -139,7 +139,7 @@ def _between(value: Any, low: int, high: int, *, signed: bool) -> Any:
 
 
 def _text(characters: Sequence[Any], limits: list[int]) -> Any:
-    """Return the claim: characters within the limits, then one of the fillers up to the end."""
+    """Return the claim that a text has legal characters, and then the same filler up to its end."""
     either = []
     for filler in _FILLERS:
         rules, rest = [], z3.BoolVal(True)
@@ -155,7 +155,7 @@ def _product(fields: Sequence[Field], limits: list[int], words: Words) -> list[A
     """Return the claims that the product of these 16-bit fields stays within its limits.
 
     No factor is 0, so no partial product exceeds the limit. Factors are at most 32767, so signed
-    and unsigned products agree. The signed form gives the solver the same products as in the
+    and unsigned products are equal. The signed form gives the solver the same products as in the
     blocks.
     """
     low, high = limits

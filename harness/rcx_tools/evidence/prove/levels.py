@@ -1,4 +1,4 @@
-"""SI(00) and SI(06): ON only with their pin, the link, and without a hold (chapter 5, 2 and 3)."""
+"""SI(00) and SI(06) are ON only with their pin, a link, and without a hold (chapter 5, 2 and 3)."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ from rcx_tools.evidence.prove.property import Goal, Property
 
 __all__ = ["PROPERTIES"]
 
-#: Input, its bit in byte n + 32 (chapter 5, 1), pin of FB_WriteArea, hold, and flag of the scan.
+#: Each level: input, its bit in byte n + 32 (chapter 5, 1), pin of FB_WriteArea, hold, and flag of
+#: the scan.
 _LEVELS = (
     ("SI(00)", 0, "EMERGENCYSTOPOK", "HOLDEMERGENCY", "KEEPEMERGENCY"),
     ("SI(06)", 6, "STOPOK", "HOLDSTOP", "KEEPSTOP"),
 )
-#: Blocks that clear a level, and the flag that they use (chapter 5, 3.1 and 3.3).
+#: Blocks that clear a level, each with the flag that it sets for this (chapter 5, 3.1 and 3.3).
 _STOPPERS = {"FB_EMERGENCYSTOP": "KEEPEMERGENCY", "FB_PROGRAMSTOP": "KEEPSTOP"}
 
 
@@ -37,12 +38,15 @@ def _stopper(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _goals(library: Library, part: str) -> Iterator[Goal]:
-    """Yield the goals of one call of FB_WriteArea; `wire` gives bytes n + 32, n + 33 (`bytes`)."""
+    """Yield the goals of one call of FB_WriteArea.
+
+    `wire` gives bytes n + 32 and n + 33; property `bytes` proves this.
+    """
     if part in _STOPPERS:
         yield from _stopper(library, part)
         return
     step = library.step(part)
-    # No block requests a level (property `guarantee`), and FB_WriteArea requests nothing.
+    # No block requests a level (property `guarantee`), and FB_WriteArea itself requests nothing.
     none = [memory((*INNER, "REQUEST")) & STOPS == 0 for memory in (step.was, step.now)]
     assumed = (*step.machine.assumptions, none[0])
     yield Goal(f"{part}: no request of a level", assumed, none[1])

@@ -26,14 +26,14 @@ from structured_text.prove.values import TIME_BITS, Value
 
 __all__ = ["BLOCK", "IMAGE", "ROBOT", "Library", "Step", "milliseconds"]
 
-#: Paths of the instance and the connected variables in a `Step`.
+#: Paths of the instance, and of the connected variables, in a `Step`.
 BLOCK: Path = ("B",)
 ROBOT: Path = ("ROBOT",)
 IMAGE: Path = ("IMAGE",)
 
 
 def milliseconds(count: int) -> Any:
-    """Return a TIME as a term."""
+    """Return a TIME of this many milliseconds as a term."""
     return z3.BitVecVal(count * 1_000_000, TIME_BITS)
 
 
@@ -42,9 +42,10 @@ class Step:
     """One call of a block from an arbitrary state.
 
     Attributes:
-        machine: Its memory after the call; `machine.assumptions` restricts the values.
-        before: Its memory before the call.
-        called: The instance of the block.
+        machine: The machine with its memory after the call. `machine.assumptions` restricts the
+            values.
+        before: Memory before the call.
+        called: Path of the instance of the block.
     """
 
     machine: Machine
@@ -65,8 +66,8 @@ class Library:
     """A copy of plc/lib.
 
     Attributes:
-        folder: Its folder.
-        like: Another copy; files that are equal there are not parsed again.
+        folder: Folder of the copy.
+        like: Another copy. Files that are equal in both copies are not parsed again.
     """
 
     folder: File
@@ -96,7 +97,7 @@ class Library:
         """Check that this copy has all blocks and functions of another copy.
 
         Raises:
-            InputError: something is missing; the first missing name is given.
+            InputError: a block or function is missing; the message contains the first missing name.
         """
         names = sorted(file.stem for file in original.rglob("F[BC]_*.st"))
         lacking = [name for name in names if name.upper() not in self.project.pous]
@@ -109,7 +110,7 @@ class Library:
 
     @property
     def blocks(self) -> list[str]:
-        """Return the function blocks that users call, in upper case: all except those of core/."""
+        """Return the function blocks that users call, in upper case: all except those in core/."""
         return [
             name
             for name, pou in self.project.pous.items()
@@ -122,7 +123,10 @@ class Library:
         return list(self.project.pous)
 
     def state(self, names: Iterable[str]) -> str:
-        """Return a hash of the sources of these POUs, of all POUs they use, and of the types."""
+        """Return a hash of the sources of some POUs.
+
+        The hash includes all POUs that these use, and the types.
+        """
         files = {self.project.pous[name].file for name in self.used(names)}
         wanted = [
             file for file in self.project.files if str(file) in files or file.parent.name == "types"
@@ -130,7 +134,7 @@ class Library:
         return digest(self.folder, wanted)
 
     def used(self, names: Iterable[str]) -> set[str]:
-        """Return these POUs and all POUs they use, in upper case."""
+        """Return some POUs and all POUs that these use, in upper case."""
         found: set[str] = set()
         waiting = list(names)
         while waiting:
@@ -154,7 +158,10 @@ class Library:
         return sorted(words & set(self.project.pous))
 
     def in_file(self, file: str) -> set[str]:
-        """Return the POUs of a file, given relative to the folder; empty for a file with a type."""
+        """Return the POUs of a file, given by its path relative to the folder.
+
+        The result is empty for a file with a type.
+        """
         where = str(self.folder / file)
         return {name for name, pou in self.project.pous.items() if pou.file == where}
 
@@ -163,11 +170,15 @@ class Library:
         return self.project.pous[name]
 
     def machine(self, *, summaries: bool = True) -> Machine:
-        """Return a machine at any moment of the PLC's life: `now` is a variable of the solver."""
+        """Return a machine at any time of the PLC's operation; `now` is a solver variable."""
         return self._timed(Machine(self.project, SUMMARIES if summaries else None))
 
     def outline(self, name: str) -> Machine:
-        """Return a machine for a block; inner blocks of an outlined block follow their proofs."""
+        """Return a machine for a block.
+
+        For some blocks (`OUTLINED`), inner blocks are not executed but replaced by their
+        guarantees.
+        """
         return self._timed(Outline(self.project, SUMMARIES)) if name in OUTLINED else self.machine()
 
     def _timed(self, machine: Machine) -> Machine:

@@ -1,8 +1,8 @@
-"""Blocks that are proved from the proofs of the blocks inside them (assume-guarantee).
+"""Blocks whose proofs use the proofs of the blocks inside them (assume-guarantee).
 
-A call of an inner block that users also call is not executed. The proof only assumes the
-`guarantee` that is proved of that block. The instance and its telegram may hold anything else. This
-keeps blocks with many inner blocks within reach of the solver.
+If an inner block can also be called by users, its call is not executed. The proof only assumes the
+`guarantee` that is proved for that block. The instance and its telegram may contain anything else.
+The solver can therefore handle blocks with many inner blocks.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ __all__ = [
     "law_of",
 ]
 
-#: Blocks with many inner blocks: their proofs use the proofs of the inner blocks.
+#: Blocks with many inner blocks. Their proofs use the proofs of the inner blocks.
 OUTLINED = ("FB_MOVETABLE", "FB_PICKPLACE", "FB_WORKCYCLE")
-#: Index of PHASE_COMMAND_RUN in RCX_PHASE.
+#: Position of PHASE_COMMAND_RUN in RCX_PHASE.
 COMMAND_RUN = 3
-#: Dedicated inputs that a block may request, by their places in bytes n + 32, n + 33 (chapter 5,
-#: 1): SI(01), SI(10), SI(12), SI(14), SI(15), SI(16), SI(17). SI(00) and SI(06) are levels.
+#: Dedicated inputs that a block may request, as bits of bytes n + 32 and n + 33 (chapter 5, 1):
+#: SI(01), SI(10), SI(12), SI(14), SI(15), SI(16), SI(17). SI(00) and SI(06) are levels.
 _SERVO_ON, _SEQUENCE, _START, _INCREMENTAL = 1 << 1, 1 << 8, 1 << 10, 1 << 12
 _PROGRAM_RESET, _ALARM_RESET, _ABSOLUTE = 1 << 13, 1 << 14, 1 << 15
 REQUESTS = {
@@ -53,25 +53,25 @@ REQUESTS = {
     "FB_RETURNTOORIGIN": _INCREMENTAL | _ABSOLUTE,
     "FB_SEQUENCECONTROL": _SEQUENCE,
 }
-#: FB_Operator contains blocks for all of these.
+#: FB_Operator contains blocks for all inputs that FB_PowerUp requests.
 REQUESTS["FB_OPERATOR"] = REQUESTS["FB_POWERUP"]
 ANY = _SERVO_ON | _SEQUENCE | _START | _INCREMENTAL | _PROGRAM_RESET | _ALARM_RESET | _ABSOLUTE
-#: Fields that blocks write freely: the turns (own properties), the holds (see RELEASES), and which
-#: of the robots works or carries a part.
+#: Fields that blocks may write freely: the turns (other properties are about these), the holds (see
+#: RELEASES), and the robot numbers that show which robot works or carries a part.
 _FREE = ("COMMAND", "SEQUENCE", "HOLDEMERGENCY", "HOLDSTOP", "WORKS", "WORKED", "CARRIES")
-#: Flags of a scan: blocks only set them, and only FB_WriteArea clears them.
+#: Flags of a scan. Blocks may only set them, and only FB_WriteArea clears them.
 _RISING = ("KEEPEMERGENCY", "KEEPSTOP", "STOPJOG", "CODEREQUEST")
-#: Requests and turns of a block: a call outside of a scan does not change them (`place`).
+#: Requests and turns of a block. A call outside of a scan does not change them (property `place`).
 ASKS = ("COMMAND", "SEQUENCE", "CODE", "DATA", "CODEREQUEST", "REQUEST")
-#: Blocks that release a hold, on a rising edge.
+#: Blocks that release a hold on a rising edge.
 RELEASES = {"HOLDEMERGENCY": "FB_SERVOONFROMEMERGENCYSTOP", "HOLDSTOP": "FB_PROGRAMCONTINUE"}
 
 
 def law_of(path: Path) -> str:
     """Return the rule for a scalar of RCX_REF, by its path in the structure.
 
-    "free": any change; "rising": only set; "request": only set own inputs; "telegram": unchanged
-    while a command is out; "kept": never changed.
+    "free": any change is legal. "rising": blocks may only set it. "request": blocks may only set
+    their own inputs. "telegram": unchanged while a command is out. "kept": never changed.
     """
     name = path[1] if path[0] == "INNER" else ""
     if name in _FREE or (name == "GENERAL" and path[2] > 0):
@@ -84,9 +84,9 @@ def law_of(path: Path) -> str:
 
 
 def is_outside(project: Project, block: str) -> bool:
-    """Return whether users call the block between FB_ReadArea and FB_WriteArea.
+    """Return whether the block is for users, who call it between FB_ReadArea and FB_WriteArea.
 
-    The guarantee of such blocks is proved.
+    The guarantee is proved for such blocks.
     """
     name = block.upper()
     if name.startswith("FB_RCX") or block in BLOCKS:
@@ -97,7 +97,7 @@ def is_outside(project: Project, block: str) -> bool:
 
 @dataclass(frozen=True)
 class Outlined:
-    """A call that was replaced by its guarantee, with the memory before and after it."""
+    """A call that its guarantee has replaced, with the memory before and after the call."""
 
     instance: Path
     block: str
@@ -107,10 +107,10 @@ class Outlined:
 
 
 class Outline(Machine):
-    """A machine that replaces inner blocks which users call, too, by their guarantees.
+    """A machine that replaces inner blocks by their guarantees if users can also call them.
 
     Attributes:
-        outlined: The replaced calls of all runs.
+        outlined: All calls that were replaced.
     """
 
     def __init__(
@@ -124,14 +124,14 @@ class Outline(Machine):
     def call_block(
         self, instance: Path, block: str, in_outs: Mapping[str, Path | Alternatives]
     ) -> None:
-        """Run a block, or apply its guarantee."""
+        """Run a block, or replace the call by the guarantee of the block."""
         if not self._frames or not is_outside(self.project, block):
             super().call_block(instance, block, in_outs)
             return
-        # Instead of the body, the guarantee changes the memory: instance and VAR_IN_OUTs become
-        # arbitrary, RCX_REF only as far as `law_of` allows. The call is recorded with the memory
-        # before and after it, so that `restart.known` can add the promises of the block for exactly
-        # this pair. `when` is the condition of the path that makes the call.
+        # The body is not executed. Instead, instance and VAR_IN_OUTs become arbitrary, and RCX_REF
+        # changes as far as `law_of` permits. The call is recorded with the memory before and after
+        # it, so that `restart.known` can add the promises of the block for exactly this pair.
+        # `when` is the condition of the path that makes the call.
         when = both(*self._guards)
         self.calls.append(Call(instance, block, when))
         before = self.snapshot()

@@ -1,7 +1,7 @@
-"""No arithmetic exceeds its type, except where a table says that it is intended.
+"""Proof that no arithmetic exceeds its type, except operations of a table where this is intended.
 
 Each POU is run alone, from any state and with any pins. A called block may change its instance and
-its VAR_IN_OUTs arbitrarily. The proof therefore holds wherever the POU is called.
+its VAR_IN_OUTs arbitrarily. The proof therefore holds for any caller of the POU.
 """
 
 from __future__ import annotations
@@ -31,23 +31,23 @@ from structured_text.prove.values import TIME_BITS, anything, legal
 
 __all__ = ["PROPERTIES", "WRAPS", "Wrap", "none_leaves", "wraps"]
 
-#: The table of operations that are meant to exceed their type.
+#: Table of the operations that are intended to exceed their type.
 WRAPS = ROOT / "tests" / "tools" / "evidence" / "wraps.toml"
 _KEYS = ("file", "pou", "operation", "reason")
-#: Range of a TIME of 32 bits that counts milliseconds: the smallest range of all PLCs.
+#: Range of a TIME with 32 bits that counts milliseconds, which is the smallest range of all PLCs.
 _LEAST_TIME = (-(1 << 31) * 1_000_000, ((1 << 31) - 1) * 1_000_000)
-#: Their results bound the counters of their callers, so they are run where they are called.
+#: Blocks that run inside of their callers, because their results limit counters of the callers.
 _INSIDE = ("FB_RCXSHAREDWORDS", "FB_RCXPOINTHEAD")
-#: Their loops are cut: see `functions`.
+#: Blocks with loops that are cut by an invariant; see `functions`.
 _CUT = ("FB_RCXFIRSTROW",)
-#: Functions that are correct for any arguments; their callers do not check them again.
+#: Functions that are proved separately for any arguments, so they are not checked in their callers.
 _ALONE = ("FC_RCXCHARCODE",)
 _CLOCK, _REST = (*BLOCK, "CLOCK"), (*BLOCK, "REST")
 
 
 @dataclass(frozen=True)
 class Wrap:
-    """An operation that is meant to exceed its type: its file, POU and text, and the reason."""
+    """An operation that is intended to exceed its type: its file, POU and text, and the reason."""
 
     file: str
     pou: str
@@ -76,12 +76,12 @@ def wraps(table: File) -> tuple[Wrap, ...]:
 
 
 class _Alone(Machine):
-    """A machine that runs the body of one block; called blocks may change anything they get."""
+    """A machine that runs the body of one block; called blocks may change all they can access."""
 
     def call_block(
         self, instance: Path, block: str, in_outs: Mapping[str, Path | Alternatives]
     ) -> None:
-        """Run a block, or make all that it can change arbitrary."""
+        """Run a block, or make everything that it can change arbitrary."""
         if not self._frames or block in BLOCKS or block.upper() in _INSIDE:
             super().call_block(instance, block, in_outs)
             return
@@ -99,7 +99,7 @@ def _char_code(machine: Machine, arguments: list[Any]) -> Any:
 
 
 def _machine(library: Library, name: str) -> Machine:
-    """Return a machine for one POU, at any moment of the PLC's life."""
+    """Return a machine for one POU at any time of the PLC's operation."""
     summaries = {**SUMMARIES, "FC_RCXCHARCODE": _char_code}
     summaries.pop(name, None)
     machine = _Alone(library.project, summaries)
@@ -114,8 +114,8 @@ def _machine(library: Library, name: str) -> Machine:
 def _scan_time_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
     """Return the claim: Rest is below 1 s; the clock started in the past and shows at most 100 s.
 
-    Rest >= 0 is not a separate claim. It only receives 0 or the result of a TIME operation, and
-    `_span` requires that no such result is below 0.
+    Rest >= 0 is not part of the claim. Rest is only assigned 0 or the result of a TIME operation,
+    and `_span` requires that these results are not below 0.
     """
 
     def term(*path: Any) -> Any:
@@ -130,7 +130,7 @@ def _scan_time_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
 
 
 def _tool_position_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
-    """Return the claim that the clock shows at most a day, and no age exceeds two days.
+    """Return the claim that the clock shows at most one day, and that no age exceeds two days.
 
     The clock started in the past. Its time and the ages are not negative.
     """
@@ -145,7 +145,10 @@ def _tool_position_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
 
 
 def _log_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
-    """Return the invariant of `safety`, and that entries are counted down only above 0."""
+    """Return the invariant of the log: the invariant of `safety`, and one claim in addition.
+
+    While entries are counted down, their number is above 0.
+    """
 
     def term(name: str) -> Any:
         return machine.term((*BLOCK, name), memory)
@@ -158,9 +161,10 @@ def _log_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
 
 
 def _backup_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
-    """Return the claim that the record is legal, with at most the wanted number of rows.
+    """Return the claim that the record has legal numbers, and at most the wanted number of rows.
 
-    The record is the one in progress: at most 100 rows, and its first point at most 29,999.
+    The claim is about the record in progress. It has at most 100 rows, and its first point is at
+    most 29,999.
     """
 
     def term(*path: str) -> Any:
@@ -171,7 +175,10 @@ def _backup_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
 
 
 def _restore_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
-    """Return the claim: Row is a row of the last legal record; each row differs at most once."""
+    """Return the claim that Row and the counts are within the limits of a legal record.
+
+    Each row before Row counts at most one difference.
+    """
 
     def term(*path: str) -> Any:
         return machine.term((*BLOCK, *path), memory)
@@ -187,7 +194,7 @@ def _restore_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
 
 
 def _span(name: str) -> Span:
-    """Return the range that the results of TIME must keep."""
+    """Return the range in which the results of TIME operations must be."""
     low, high = _LEAST_TIME
     return (0 if name == "FB_RCXSCANTIME" else low), high
 
@@ -242,7 +249,7 @@ def _any_arguments(library: Library, name: str, machine: Machine) -> Iterator[An
 
 
 def none_leaves(name: str, known: tuple[Any, ...], asked: Iterable[Operation], time: Span) -> Goal:
-    """Return the goal that no operation exceeds its type; `time` is the range of TIME results."""
+    """Return the goal that no operation exceeds its type. `time` is the range of TIME results."""
     places: dict[str, list[Any]] = {}
     count = 0
     for one in asked:
@@ -267,7 +274,7 @@ def _can(known: tuple[Any, ...], found: Iterable[Operation]) -> bool:
 
 
 def _parts(library: Library) -> list[str]:
-    """Return the blocks, and the functions that are checked alone.
+    """Return the blocks and functions that are checked alone.
 
     Raises:
         InputError: a row of the table names a POU that does not exist.

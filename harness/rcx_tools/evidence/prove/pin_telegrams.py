@@ -1,7 +1,7 @@
-"""The telegram that the pins of a command block describe, as terms over these pins.
+"""The telegram that the pins of a command block describe, as terms over the pins.
 
-The mapping from pins to wire does not come from the tables of the library. It comes from the second
-reading of the guide that the tests have, tests/spec/second_reading/pins.
+The mapping from pins to the wire does not come from the tables of the library. It comes from the
+second interpretation of the guide, which the tests use: tests/spec/second_reading/pins.
 """
 
 from __future__ import annotations
@@ -41,9 +41,11 @@ __all__ = [
 #: Words n+2 to n+30.
 WORDS = range(15)
 _SPACE = 0x20
-#: Conditions in the reading that name one number, and the range it stands for (guide 4.4.1).
+#: Conditions that contain a single number in that interpretation, each with the range that the
+#: number stands for (guide 4.4.1).
 _SPANS = {("Variable1", "0"): (0, 31), ("Variable1", "256"): (256, 287)}
-#: (factor, lowest and highest REAL, greatest result); lowest None: both signs.
+#: Rows: factor, lowest and highest REAL, greatest result. If the lowest REAL is None, the limits
+#: hold for both signs.
 ROUNDED = (
     (1000, None, 8191.999, 8_191_999),
     (100, 0.009, 100.0, 10_000),
@@ -53,17 +55,17 @@ ROUNDED = (
 
 
 class _Call(Protocol):
-    """The interface of a call of a block."""
+    """The methods that a call of a block must have."""
 
     def pin(self, name: str, place: int = 0) -> Any:
-        """Return a pin, or an element of it: a term, or a text."""
+        """Return the value of a pin, or of an element of the pin: a term, or a text."""
 
     def member(self, name: str, member: str) -> Any:
-        """Return the claim that a pin equals this member of its enumeration."""
+        """Return the claim that a pin equals a given member of its enumeration."""
 
 
 def reading_of(block: str) -> Pins:
-    """Return the meaning of a block's pins by the guide; `block` is in upper case."""
+    """Return the meaning of a block's pins according to the guide; `block` is in upper case."""
     folder = str(ROOT / "tests/support")
     if folder not in sys.path:
         sys.path.append(folder)
@@ -76,7 +78,7 @@ def reading_of(block: str) -> Pins:
 
 
 def times(pattern: Any, factor: int) -> Real:
-    """Return a REAL times a factor, as the engines compute it."""
+    """Return the product of a REAL and a factor, as the engines compute it."""
     number = Real(pattern)
     if factor == 1:
         return number
@@ -84,7 +86,7 @@ def times(pattern: Any, factor: int) -> Real:
 
 
 def nearest(pattern: Any, factor: int) -> Any:
-    """Return the whole number nearest to the product as a REAL; halves round to even."""
+    """Return the whole number nearest to the REAL product. Halves are rounded to even numbers."""
     return reals.to_integer(reals.settled(times(pattern, factor), "REAL"), 32, signed=True)
 
 
@@ -94,7 +96,10 @@ def pattern_of(number: float) -> int:
 
 
 def bounds(pattern: Any, number: Any, factor: int) -> Iterator[tuple[str, Any, Any]]:
-    """Yield limits of a REAL and the resulting limits of the number: name, premise, conclusion."""
+    """Yield limits of a REAL, and the resulting limits of the number.
+
+    Each row is (name, premise, conclusion).
+    """
     for scale, low, high, most in ROUNDED:
         if scale != factor:
             continue
@@ -108,7 +113,7 @@ def bounds(pattern: Any, number: Any, factor: int) -> Iterator[tuple[str, Any, A
 
 
 def _bits(pattern: Any) -> Any:
-    """Return the pattern that is sent: -0.0 is sent as 0.0."""
+    """Return the pattern that is sent. -0.0 is sent as 0.0."""
     return z3.If(pattern == 0x8000_0000, z3.BitVecVal(0, 32), pattern)
 
 
@@ -116,13 +121,13 @@ def _bits(pattern: Any) -> Any:
 
 
 def _character(text: Text, place: int) -> Any:
-    """Return the character at a place, from 0; a space after the end."""
+    """Return the character at a position from 0 on, or a space after the end of the text."""
     within = z3.UGT(text.size, place)
     return z3.If(within, text.char(place), z3.BitVecVal(_SPACE, 8))
 
 
 def char_code(machine: Machine, arguments: list[Any]) -> Any:
-    """Return FC_RcxCharCode for the first sixteen places; 0 if no telegram carries it."""
+    """Return FC_RcxCharCode for the first sixteen positions: 0 if a telegram cannot carry it."""
     text, position = arguments
     if not 1 <= position <= 16:
         raise UnsupportedError(f"FC_RcxCharCode at place {position}")
@@ -133,7 +138,7 @@ def char_code(machine: Machine, arguments: list[Any]) -> Any:
 
 @dataclass(frozen=True)
 class Expected:
-    """The telegram that the pins of a call describe, by the second reading."""
+    """The telegram that the pins of a call describe according to the second interpretation."""
 
     call: _Call
     reading: Pins
@@ -163,7 +168,7 @@ class Expected:
         return words
 
     def counts(self, row: PinRow) -> Any:
-        """Return the condition of a row."""
+        """Return the condition under which a row has an effect."""
         if row.where is None:
             return z3.BoolVal(True)
         name, wanted = row.where
@@ -175,14 +180,14 @@ class Expected:
         return self.call.member(name, wanted)
 
     def scaled(self) -> Iterator[tuple[PinRow, Any]]:
-        """Yield the REAL pins that are multiplied, with the pattern of each element."""
+        """Yield the REAL pins that are multiplied by a factor, with the pattern of each element."""
         for row in self.reading.inputs:
             if row.scale:
                 for number in range(len(row.places)):
                     yield row, self._pin(row, number)
 
     def fits(self) -> Iterator[Any]:
-        """Yield the claims: a REAL that counts is within its limits, and a text is not too long."""
+        """Yield the claims that each used REAL is within its limits, and no text is too long."""
         for row, pattern in self.scaled():
             limits = bounds(pattern, nearest(pattern, row.scale), row.scale)
             yield z3.Implies(self.counts(row), z3.Or([inside for _, inside, _ in limits]))
@@ -194,7 +199,7 @@ class Expected:
                 yield z3.Implies(self.counts(row), z3.ULE(self._pin(row).size, len(row.places)))
 
     def keys(self) -> Iterator[Any]:
-        """Yield the contents of the telegram: command, robot, and each pin where it counts."""
+        """Yield what a telegram must represent: command, robot, and each pin with an effect."""
         if self.reading.select[0]:
             yield self.call.pin(self.reading.select[0])
         if self.reading.robot:
@@ -211,7 +216,7 @@ class Expected:
         return self.call.pin(row.pin, number)
 
     def _value(self, row: PinRow, number: int) -> Any:
-        """Return the value at one of the places of a row."""
+        """Return the value that a row sends to one of its places."""
         width, pin = row.places[number].width, self._pin(row, number)
         if row.members:
             value = z3.BitVecVal(0, width)
@@ -248,7 +253,7 @@ def _table(term: Any, rows: dict[int, int], width: int) -> Any:
 
 
 def _write(words: list[Any], part: Place, value: Any, counts: Any) -> None:
-    """Write a value to its place in the words; the place must be 0 before."""
+    """Write a value to its place in the words. The place must have been 0 before."""
     first = part.at // 2 - 1
     value = z3.If(counts, value, z3.BitVecVal(0, part.width))
     for number in range(first, first + (part.width + 15) // 16):

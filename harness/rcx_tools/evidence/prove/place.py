@@ -1,4 +1,4 @@
-"""Calls outside of FB_ReadArea and FB_WriteArea: they may only clear SI(00) and SI(06)."""
+"""Calls outside of FB_ReadArea and FB_WriteArea may only clear SI(00) and SI(06)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _PLACED: Path = (*INNER, "INSCAN")
 
 
 def _called(library: Library, name: str) -> Iterator[Goal]:
-    """Yield the goal that such a call requests nothing and ends no hold, from any state."""
+    """Yield the goal that a call outside of a scan requests nothing and ends no hold."""
     step = library.step(name, library.outline(name))
     machine = step.machine
     assumed = (*machine.assumptions, z3.Not(step.was(_PLACED)))
@@ -36,7 +36,7 @@ def _called(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _read_area(library: Library, name: str) -> Iterator[Goal]:
-    """Yield the goals: FB_ReadArea begins a scan without requests."""
+    """Yield the goals that FB_ReadArea begins a scan and withdraws earlier requests."""
     step = library.step(name)
     first = z3.Not(step.was(_PLACED))
     none = z3.And(step.now((*INNER, "REQUEST")) == 0, z3.Not(step.now((*INNER, "CODEREQUEST"))))
@@ -48,7 +48,7 @@ def _read_area(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _write_area(library: Library, name: str) -> Iterator[Goal]:
-    """Yield the goals: FB_WriteArea sends the requests of this scan only, and ends the scan."""
+    """Yield the goals that FB_WriteArea ends a scan, and sends requests of this scan only."""
     step = library.step(name)
     assumed = tuple(step.machine.assumptions)
     yield Goal(f"{name}: it ends the scan", assumed, z3.Not(step.now(_PLACED)))

@@ -13,9 +13,9 @@ __all__ = ["Goal", "Property"]
 
 @dataclass(frozen=True)
 class Goal:
-    """One question to the solver: `claim` holds wherever all of `assumed` holds.
+    """One question to the solver: does `claim` follow from all of `assumed`?
 
-    `show` are terms; their values explain a counterexample to people.
+    The values of the terms in `show` explain a counterexample to people.
     """
 
     name: str
@@ -30,13 +30,15 @@ class Property:
 
     Attributes:
         name: Short name, used in out/prove.json and in the seeded bugs.
-        says: One sentence for people.
-        section: Section of the manual, or a page of docs/.
+        says: The claim as a sentence for people.
+        section: Section of the manual, or page of docs/.
         assumes: Names of entries of `assumptions.ASSUMPTIONS`.
-        goals: Yields the goals of a part of the library; all of them must be proved.
-        parts: Names of parts that are independent jobs (blocks, or parts of an induction).
-        uses: Names of properties that this one relies on; their assumptions are included.
-        rests_on: POUs that a part depends on, together with all POUs they use; None for all.
+        goals: Function that yields the goals of a part. All of them must be proved.
+        parts: Function that returns the names of the parts (blocks, or parts of an induction). Each
+            part is an independent job.
+        uses: Names of properties that the proof uses. Their assumptions are included.
+        rests_on: Function that returns the POUs that a part is about. All POUs that these use are
+            added. None means all POUs.
     """
 
     name: str

@@ -18,12 +18,12 @@ from structured_text.prove.logic import PROVED
 
 __all__ = ["is_good", "properties", "show", "taken_for_granted", "write"]
 
-#: Number of slowest goals to report.
+#: Number of the slowest goals in the report.
 _SLOWEST = 3
 
 
 def properties(work: Sequence[Job], found: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Return one entry for each property, in their order; `found` are the outcomes by key."""
+    """Return one entry for each property, in their order. `found` contains the outcomes by key."""
     names = dict.fromkeys(job.property for job in work)
     return [
         _entry(name, [found[job.key] for job in work if job.property == name]) for name in names
@@ -50,25 +50,25 @@ def _entry(name: str, parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _assumes(item: Property) -> list[str]:
-    """Return the assumptions of a property, including those of the properties it uses."""
+    """Return the assumptions of a property, including the assumptions of properties it uses."""
     used = (name for other in item.uses for name in _assumes(property_of(other)))
     return list(dict.fromkeys([*item.assumes, *used]))
 
 
 def _told(goal: Mapping[str, Any]) -> str:
-    """Return the name of a goal, with its part if the name does not contain it."""
+    """Return the name of a goal; put the part in front if the name does not contain it."""
     part, name = goal["part"], goal["goal"]
     return name if part in name else f"{part}: {name}"
 
 
 def taken_for_granted(report: Iterable[Mapping[str, Any]]) -> dict[str, str]:
-    """Return the assumptions of these properties as sentences, by name."""
+    """Return all assumptions of these properties as sentences, by name."""
     names = {name for item in report for name in item["assumes"]}
     return {name: text for name, text in ASSUMPTIONS.items() if name in names}
 
 
 def write(file: Path, report: Mapping[str, Any]) -> None:
-    """Write the report; create its folder."""
+    """Write the report, and create its folder if it is missing."""
     file.parent.mkdir(parents=True, exist_ok=True)
     text = json.dumps(report, indent=1, ensure_ascii=False, default=str)
     file.write_text(text + "\n", encoding="utf-8")

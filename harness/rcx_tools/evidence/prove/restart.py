@@ -1,9 +1,10 @@
-"""Only a new edge starts anything again (chapter 1, 5; chapter 5, 3).
+"""Proof that only a new edge starts anything again (chapter 1, 5; chapter 5, 3).
 
-The property is proved block by block. Each block has an invariant (`agrees`): its pins repeat the
-state of its job, and the job remembers the last Execute and the last scan. The goals then show that
-a job becomes busy only on an edge, requests only while busy, and ends on a loss. Blocks with inner
-blocks use what is proved of those (`known`), so their proofs stay small.
+The property is proved block by block. Each block has an invariant (`agrees`): the pins repeat the
+state of the job, and the job remembers the last Execute and the last scan. The goals then show that
+a job becomes busy only at an edge, makes requests only while busy, and ends when the link is lost.
+Proofs of blocks with inner blocks use what is proved about the inner blocks (`known`). Their proofs
+therefore stay small.
 """
 
 from __future__ import annotations
@@ -29,16 +30,16 @@ __all__ = ["CARRIERS", "PROPERTIES", "agrees", "answers", "jobs_of", "known", "s
 Memory = Mapping[Path, Value]
 
 _NOT_CONNECTED, _NOT_READY = 0x8001, 0x8002
-#: SI(01); SI(12), SI(14) and SI(17): no start without SI(00), these three not without SI(06)
-#: either (chapter 5, 3.1 and 3.2).
+#: SI(01), which needs SI(00). SI(12), SI(14) and SI(17) need SI(00) and SI(06) (chapter 5, 3.1 and
+#: 3.2).
 _SERVO, _MOVES = 0x0002, 0x9400
-#: Path of the job in a block, if it is not JOB.
+#: Path of the job in a block if it is not `JOB`.
 _PLACES: dict[str, Path] = {
     "FB_PROGRAMCONTINUE": ("START", "JOB"),
     "FB_PROGRAMCALL": ("CALL", "JOB"),
     "FB_PROGRAMCALLINWORDS": ("CALL", "JOB"),
 }
-#: Blocks with a job for a robot program, by FB_RcxProgramCall.
+#: Blocks that start a robot program with FB_RcxProgramCall.
 _CALLERS = ("FB_PROGRAMCALL", "FB_PROGRAMCALLINWORDS")
 #: Blocks with a pin Enable instead of Execute.
 _LEVELS = (
@@ -48,20 +49,21 @@ _LEVELS = (
     "FB_OVERRIDE",
     "FB_TOOLPOSITION",
 )
-#: Blocks that send single commands by FB_RcxCommandWhile, and the path of that.
+#: Blocks that send single commands with FB_RcxCommandWhile, and its path.
 _SENDERS: dict[str, Path] = {
     "FB_OVERRIDE": (*BLOCK, "COMMAND"),
     "FB_TOOLPOSITION": (*BLOCK, "READING"),
 }
-#: FB_PowerUp waits for the link and for CPU_OK itself, before its first request.
+#: Blocks that contain other blocks. FB_PowerUp waits for link and CPU_OK itself, before its first
+#: request.
 _COMPOSITES = ("FB_POWERUP", "FB_SERVOONFROMEMERGENCYSTOP")
-#: Blocks that send one command after the other, by FB_RcxPointRow.
+#: Blocks that send one command after the other with FB_RcxPointRow.
 CARRIERS = ("FB_POINTBACKUP", "FB_POINTRESTORE")
 _STOPPERS = ("FB_EMERGENCYSTOP", "FB_PROGRAMSTOP")
 
 
 def answers(machine: Machine, memory: Memory | None = None) -> Any:
-    """Return the rule for Answer: in place, it reports a lost link or CPU_OK."""
+    """Return the claim that within a scan Answer reports a lost link and a missing CPU_OK."""
     placed = machine.term((*INNER, "INSCAN"), memory)
     connected = machine.term((*ROBOT, "CONNECTED"), memory)
     ready = machine.term((*ROBOT, "SO", "SO01_CPUOK"), memory)
@@ -109,7 +111,7 @@ def agrees(library: Library, machine: Machine, memory: Memory, name: str) -> Any
 
 
 def _alone(machine: Machine, memory: Memory, path: Path) -> Iterator[Any]:
-    """Yield the invariants of a block of one command."""
+    """Yield the invariants of an inner block that sends one command."""
     yield from shows(machine, memory, path, (*path, "JOB"))
     active, busy, done, error = (
         machine.term((*path, pin), memory) for pin in ("ACTIVE", "BUSY", "DONE", "ERROR")
@@ -118,9 +120,10 @@ def _alone(machine: Machine, memory: Memory, path: Path) -> Iterator[Any]:
 
 
 def known(machine: Machine) -> Iterator[Any]:
-    """Yield the proved facts about the calls of inner blocks.
+    """Yield facts about the calls of inner blocks that their own proofs have shown.
 
-    Each fact is an implication: the promises hold if the call happens from a legal state.
+    Each fact is an implication: if the state before the call is legal, the promises of the block
+    hold.
     """
     for call in machine.outlined if isinstance(machine, Outline) else ():
         if {"EXECUTE", "BUSY"} <= {path[-1] for path in call.after if path[:-1] == call.instance}:
@@ -129,7 +132,10 @@ def known(machine: Machine) -> Iterator[Any]:
 
 
 def _promises(machine: Machine, call: Outlined) -> Iterator[Any]:
-    """Yield the promises of a block of one command: the goals below, and those of the contract."""
+    """Yield the promises of a block that sends one command.
+
+    They are the goals below, and goals of property `contract`.
+    """
     path, job = call.instance, (*call.instance, "JOB")
 
     def was(*place: Any) -> Any:
@@ -158,7 +164,8 @@ def _promises(machine: Machine, call: Outlined) -> Iterator[Any]:
     yield z3.Implies(began, shown)
 
 
-#: Stages of composite blocks, in their order, with the inner block that works in each.
+#: Stages of the blocks that contain others, in order, each with the inner block that works in the
+#: stage.
 _CHARTS: dict[str, dict[str, str]] = {
     "FB_SERVOONFROMEMERGENCYSTOP": {
         "EMERGENCY_RELEASE": "",
@@ -183,7 +190,7 @@ _CHARTS: dict[str, dict[str, str]] = {
 
 
 def _stage(machine: Machine, memory: Memory, at: Path, names: Iterable[str]) -> Any:
-    """Return the claim that a block shows one of these members of RCX_POWER_UP."""
+    """Return the claim that the stage of a block is one of these members of RCX_POWER_UP."""
     kind = machine.type_of((*at, "STAGE"))
     members = [member.upper() for member in getattr(kind, "members", ())]
     stage = machine.term((*at, "STAGE"), memory)
@@ -191,7 +198,7 @@ def _stage(machine: Machine, memory: Memory, at: Path, names: Iterable[str]) -> 
 
 
 def _has_own_turn(machine: Machine, memory: Memory, at: Path) -> Iterator[Any]:
-    """Yield the claims: a composite block has its own channel, and its turn while busy."""
+    """Yield the claims that a composite block has its own channel, and has the turn while busy."""
 
     def get(*path: Any) -> Any:
         return machine.term((*at, *path), memory)
@@ -208,7 +215,11 @@ def _has_own_turn(machine: Machine, memory: Memory, at: Path) -> Iterator[Any]:
 
 
 def _called(machine: Machine, memory: Memory, at: Path) -> Iterator[Any]:
-    """Yield the claims: FB_RcxProgramCall has its own turn, and remembers what its job does."""
+    """Yield the claims about FB_RcxProgramCall.
+
+    It has its own turn. It remembers the scan and the Execute of its job, and its Failure is 0 or
+    an ErrorID.
+    """
 
     def get(*path: Any) -> Any:
         return machine.term((*at, *path), memory)
@@ -220,7 +231,10 @@ def _called(machine: Machine, memory: Memory, at: Path) -> Iterator[Any]:
 
 
 def _carried(machine: Machine, memory: Memory, name: str) -> Iterator[Any]:
-    """Yield the claims: a command is busy only while rows remain, and none has ended."""
+    """Yield the claims about a block that sends one command after the other.
+
+    A command is busy only while rows remain, and no command shows an end.
+    """
 
     def get(*path: Any) -> Any:
         return machine.term((*BLOCK, *path), memory)
@@ -248,7 +262,7 @@ def _carried(machine: Machine, memory: Memory, name: str) -> Iterator[Any]:
 
 
 def _nested(machine: Machine, memory: Memory, name: str, at: Path) -> Iterator[Any]:
-    """Yield the claims: in each stage exactly the inner block of that stage is busy."""
+    """Yield the claims that in each stage exactly the inner block of the stage is busy."""
 
     def get(*path: Any) -> Any:
         return machine.term((*at, *path), memory)
@@ -276,7 +290,10 @@ def _nested(machine: Machine, memory: Memory, name: str, at: Path) -> Iterator[A
 
 
 def shows(machine: Machine, memory: Memory, block: Path, job: Path) -> Iterator[Any]:
-    """Yield the claims: a block's pins repeat its job's, and one of them shows a detected edge."""
+    """Yield the claims that the pins of a block repeat those of its job.
+
+    After a detected edge, one of Busy, Done and Error is TRUE.
+    """
     pins = ("BUSY", "DONE", "ERROR", "ERRORID")
     shown, inner = ([machine.term((*path, pin), memory) for pin in pins] for path in (block, job))
     yield from (one == other for one, other in zip(shown, inner, strict=True))
@@ -329,7 +346,7 @@ def _jobs(library: Library, name: str) -> Iterator[Goal]:
     asks = _asks(step)
     yield Goal(f"{name}: it makes requests only while busy", assumed, z3.Implies(asks, now))
     ends = z3.And(z3.Not(now), step.now((*BLOCK, "ERROR")), z3.Not(asks))
-    if name in OUTLINED:  # a block with nothing left to do may be Done
+    if name in OUTLINED:  # if all rows are done, the block may end with Done
         ends = z3.And(z3.Not(now), z3.Not(asks))
     connected = step.was((*ROBOT, "CONNECTED"))
     waits = z3.BoolVal(False)
@@ -349,7 +366,10 @@ def _jobs(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _troubles(step: Step, name: str, assumed: tuple[Any, ...], ends: Any) -> Iterator[Goal]:
-    """Yield the goals for losses of the controller, and for requests that are forbidden then."""
+    """Yield the goals for a controller that is not ready.
+
+    A block ends if the controller is lost, and it makes no request that is forbidden then.
+    """
     ready = step.was((*ROBOT, "SO", "SO01_CPUOK"))
     was, job = step.was((*BLOCK, "BUSY")), _job(name)
     if name not in REQUESTS and name not in _STOPPERS:
@@ -381,7 +401,7 @@ def _troubles(step: Step, name: str, assumed: tuple[Any, ...], ends: Any) -> Ite
         )
 
 
-#: The bits of RCX_REF.SI by their places in bytes n + 32, n + 33 (chapter 5, 1).
+#: Bits of RCX_REF.SI by their position in bytes n + 32 and n + 33 (chapter 5, 1).
 _SI = {
     0: "SI00_EMERGENCYSTOP",
     1: "SI01_SERVOON",
@@ -396,7 +416,7 @@ _SI = {
 
 
 def _applied(step: Step, now: bool = False) -> Any:
-    """Return RCX_REF.SI as two bytes."""
+    """Return RCX_REF.SI as the two bytes."""
     value = z3.BitVecVal(0, 16)
     for bit, name in _SI.items():
         flag = (step.now if now else step.was)((*ROBOT, "SI", name))
@@ -405,7 +425,7 @@ def _applied(step: Step, now: bool = False) -> Any:
 
 
 def _on_wire(step: Step, name: str) -> Any:
-    """Return the claim that a block's input is ON; for FB_ReturnToOrigin the chosen one."""
+    """Return the claim that a block's input is ON; for FB_ReturnToOrigin the chosen input."""
     own = z3.BitVecVal(REQUESTS[name], 16)
     if name == "FB_RETURNTOORIGIN":
         chosen = step.was((*BLOCK, "CHOSEN")) == 1
@@ -416,7 +436,7 @@ def _on_wire(step: Step, name: str) -> Any:
 def _levels(library: Library, name: str) -> Iterator[Goal]:
     """Yield the goals of a block with Enable.
 
-    An error stays until Enable falls, and with an error nothing is requested.
+    An error stays until Enable falls. While there is an error, nothing is requested.
     """
     step = library.step(name)
     machine = step.machine
@@ -435,7 +455,7 @@ def _levels(library: Library, name: str) -> Iterator[Goal]:
         yield Goal(f"{name}: the invariant holds again", tuple(assumed), kept)
         if name not in _SENDERS:
             works = step.was((*BLOCK, "JOB", "BUSY"))
-    may = held = z3.BoolVal(False)  # its code is already out: a jog stops, a command is held
+    may = held = z3.BoolVal(False)  # the code is already out: a jog stops, a command is held
     if name == "FB_JOG":
         may = step.was((*BLOCK, "OUT"))
     if name in _SENDERS:
@@ -458,7 +478,7 @@ def _levels(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _sender(machine: Machine, memory: Memory, name: str) -> Any:
-    """Return the claim: ErrorID is the failure; after it, or without Enable, no command waits."""
+    """Return the claim: ErrorID is the failure; after it or without Enable no command waits."""
     command = _SENDERS[name]
 
     def get(*path: Any) -> Any:
@@ -476,7 +496,7 @@ def _sender(machine: Machine, memory: Memory, name: str) -> Any:
 
 
 def _failure(machine: Machine, memory: Memory, _: str) -> Any:
-    """Return the claim: ErrorID is the failure; after it no job is busy, and a jog is locked."""
+    """Return the claim: ErrorID is the failure; with a failure no job is busy, a jog is locked."""
     shown = machine.term((*BLOCK, "ERRORID"), memory)
     failure = machine.term((*BLOCK, "FAILURE"), memory)
     idle = z3.Not(machine.term((*BLOCK, "JOB", "BUSY"), memory))

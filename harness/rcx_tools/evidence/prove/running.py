@@ -1,4 +1,4 @@
-"""Execution of jobs in worker processes; a process that dies is an outcome, not an abort."""
+"""Execution of jobs in worker processes; a process that dies gives an outcome, not an abort."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from structured_text.farm import Farm, Lost
 
 __all__ = ["DIED", "HasKey", "outcomes"]
 
-#: The reason if the operating system has ended the process.
+#: Reason in the outcome if the operating system has ended the process.
 DIED = "the process of the solver has ended by itself; is there memory enough"
 
 
 class HasKey(Protocol):
-    """A job that can be run."""
+    """A job with a key."""
 
     @property
     def key(self) -> str:
-        """Return a key of the job and all its inputs; the outcome contains it, too."""
+        """Return a key of the job and of all its inputs. The outcome contains the key."""
 
 
 Job = TypeVar("Job", bound=HasKey)
@@ -29,10 +29,10 @@ def outcomes(run: Run[Job], jobs: Sequence[Job], workers: int, died: Run[Job]) -
     """Yield the outcomes as they finish, in any order.
 
     Args:
-        run: Runs a job.
-        jobs: The jobs; of several with one key only one is run.
-        workers: Number of worker processes; 0: this process.
-        died: Gives the outcome of a job whose process has died.
+        run: Function that runs a job.
+        jobs: Jobs to run. If several jobs have the same key, only one of them is run.
+        workers: Number of worker processes; 0 means that the jobs run in this process.
+        died: Function that returns the outcome of a job whose process has died.
     """
 
     def lost(one: Lost[Job]) -> dict[str, Any]:

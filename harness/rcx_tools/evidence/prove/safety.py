@@ -1,4 +1,4 @@
-"""Nothing that would stop a PLC: no index outside of its array, no division by zero and so on."""
+"""Proof that nothing happens which would stop a PLC: an index out of range, a division by zero."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ def _number(pattern: int) -> float:
 
 
 def _ordered(key: int) -> int:
-    """Return the pattern at a place in the order of all numbers, from -infinity (0) on."""
+    """Return the pattern of the number at a position in ascending order; 0 is -infinity."""
     return 0xFF80_0000 - key if key <= 0x7F80_0000 else key - 0x7F80_0001
 
 
 def _first(grown: Callable[[float], bool]) -> int:
-    """Return the first place in this order for which the monotonic `grown` is true."""
+    """Return the first position in this order at which the monotonic `grown` is True."""
     low, high = 0, 2 * 0x7F80_0000 + 2
     while low < high:
         middle = (low + high) // 2
@@ -54,7 +54,10 @@ def _first(grown: Callable[[float], bool]) -> int:
 
 
 def _grown(term: Any) -> tuple[Any, Callable[[float], float]] | None:
-    """Return a pattern and the monotonic function that the term applies to its number, or None."""
+    """Return a pattern, and the monotonic function that the term applies to the pattern's number.
+
+    Return None if the term does not have this form.
+    """
     kind, arguments = term.decl().kind(), term.children()
     if kind == z3.Z3_OP_FPA_TO_FP and z3.is_bv(arguments[-1]):
         pattern = arguments[-1]
@@ -86,7 +89,7 @@ def _single(number: float) -> float:
 
 
 def _constant(term: Any) -> float | None:
-    """Return a finite literal in double precision; None for anything else."""
+    """Return a finite literal in double precision, or None for any other term."""
     bits = z3.simplify(z3.fpToIEEEBV(term))
     if not z3.is_bv_value(bits) or term.sort() != z3.Float64():
         return None
@@ -95,10 +98,11 @@ def _constant(term: Any) -> float | None:
 
 
 def exactly(term: Any) -> Any:
-    """Return the term with comparisons of rounded numbers replaced by comparisons of patterns.
+    """Return the term with comparisons of patterns in place of comparisons of rounded numbers.
 
-    A product with a positive constant, and its roundings, are monotonic in the number. The result
-    of a comparison with a limit therefore changes at exactly one number. Bisection finds it.
+    A product with a positive constant is monotonic in the number, and so is each rounding. The
+    result of a comparison with a limit therefore changes at exactly one number. Bisection finds
+    this number.
     """
     if isinstance(term, bool):
         return z3.BoolVal(term)
@@ -128,7 +132,7 @@ def _compared(op: str, pattern: Any, make: Callable[[float], float], limit: floa
 
 
 def _limits(library: Library, block: str, step: Step) -> Iterator[Any]:
-    """Yield the claims: pins with the size of an array do not exceed it."""
+    """Yield the claims that a pin for the size of an array does not exceed the array."""
     machine = step.machine
     for symbol in library.pou(block).section("VAR_IN_OUT"):
         if symbol.name.upper().endswith(IMAGE[0]) and isinstance(symbol.type, ArrayType):
@@ -139,12 +143,12 @@ def _limits(library: Library, block: str, step: Step) -> Iterator[Any]:
 
 
 _TABLE, _ILLEGAL_ROW = "FB_MOVETABLE", 0x8051
-#: Path of the log in the blocks that have it.
+#: Path of the log in the blocks that contain it.
 _LOGS = {"FB_EVENTLOG": BLOCK, "FB_COMMANDRECORDER": (*BLOCK, "EVENTS")}
 
 
 def log_keeps(machine: Machine, log: Path, memory: Memory, size: Any) -> Any:
-    """Return the claim: the newest entry is in the log, and there are at most LogSize entries."""
+    """Return the claim that the newest entry is in the log, with at most LogSize entries."""
     ring = machine.project.pous["FB_EVENTLOG"].symbols["RING"].type
     assert isinstance(ring, ArrayType)
     ((_, last),) = ring.bounds
@@ -158,7 +162,7 @@ def _log_keeps(block: str, step: Step, memory: Memory) -> Any:
 
 
 def _table_keeps(machine: Machine, memory: Memory) -> Any:
-    """Return the claim: Row is one of the rows in use, except after a refused start."""
+    """Return the claim that Row is one of the used rows, except after a refused start."""
     last, row, stage, failure = (
         machine.term((*BLOCK, name), memory) for name in ("LAST", "ROW", "STAGE", "FAILURE")
     )
@@ -194,7 +198,7 @@ def _goals(library: Library, block: str) -> Iterator[Goal]:
 
 
 def impossible(name: str, machine: Machine, known: tuple[Any, ...]) -> Iterator[Goal]:
-    """Yield a goal for each kind of obligation; each conversion has its own goal."""
+    """Yield a goal for each kind of obligation. Each conversion has a separate goal."""
     places: dict[str, list[Any]] = {}
     for one in machine.obligations:
         told = f"{File(one.file).name}:{one.line}"
@@ -208,7 +212,8 @@ def impossible(name: str, machine: Machine, known: tuple[Any, ...]) -> Iterator[
         yield Goal(f"{name}: {group}, {len(found)} places", known, claim, dict(found))
 
 
-#: Blocks that are summarised at their calls, or that are proved only for the existing calls.
+#: Blocks that are replaced by a summary at their calls, or that are proved inside of their callers
+#: only.
 _ELSEWHERE = ("FB_RCXFIRSTROW", "FB_RCXSCANTIME", "FB_RCXSHAREDWORDS")
 
 

@@ -1,4 +1,4 @@
-"""Seeded bugs in copies of the library: each must break exactly the properties of its row."""
+"""Seeded bugs in copies of the library. Each must break exactly the properties of its row."""
 
 from __future__ import annotations
 
@@ -40,15 +40,17 @@ __all__ = [
     "tasks",
 ]
 
-#: The tables of bugs.
+#: Folder with the tables of bugs.
 BUGS = ROOT / "tests" / "tools" / "evidence" / "proof_bugs"
 _HERE = Path(__file__).parent
-#: The fields of each bug in the report.
+#: Fields of each bug in the report.
 _ROW = ("name", "file", "breaks", "left_out", "seconds")
-#: For a property that must stay proved, only this many of the parts that a bug touches are tried:
-#: first those of the changed file, then those that depend on the least text.
+#: For a property that must stay proved, only this number of parts is tried, out of the parts that
+#: depend on the changed file: first parts about the changed file, then parts that depend on the
+#: least text.
 _STAYS = 2
-#: Parts that are never tried for that, because each takes seconds; () means all parts.
+#: Parts that are not tried for a property that must stay proved, because each takes seconds. ()
+#: means all parts.
 SLOW: Mapping[str, tuple[str, ...]] = {
     "interval": (),
     "handshake": (),
@@ -65,18 +67,18 @@ SLOW: Mapping[str, tuple[str, ...]] = {
     "safety": ("FB_COMMANDRECORDER", "FB_MOVEARCH", "FB_PALLETMOVEARCH"),
     "contract": ("FB_COMMANDRECORDER", "FB_ENTRYTEXT"),
 }
-#: Time limit for a goal that a bug should break [s].
+#: Time limit of the solver for a goal that a bug should break [s].
 _LIMIT_S = 20.0
 
 
 @dataclass(frozen=True)
 class Bug(broken.Bug):
-    """One row of a table, with the properties that the bug breaks."""
+    """One row of a table, with the names of the properties that the bug breaks."""
 
     breaks: tuple[str, ...]
 
     def check(self, folder: Path) -> None:
-        """Check that the bug can be put in.
+        """Check that the bug can be inserted.
 
         Raises:
             InputError: `old` does not occur exactly once in the file, or a property does not exist.
@@ -91,8 +93,9 @@ class Task:
     """A bug, the parts of properties that depend on the changed file, and the folder to work in.
 
     Attributes:
-        parts: Parts of the properties that it breaks, and some parts of the others.
-        left_out: Other properties without a part here, because each of theirs is slow (`SLOW`).
+        parts: All parts of the properties that the bug breaks, and some parts of the others.
+        left_out: Other properties that are not proved again, because all their parts are slow
+            (`SLOW`).
     """
 
     key: str
@@ -104,15 +107,15 @@ class Task:
 
 
 def bugs(folder: Path) -> list[Bug]:
-    """Return the rows of all tables, by file and place."""
+    """Return the rows of all tables, sorted by file, in the order of the rows."""
     return broken.bugs(sorted(folder.glob("*.toml")), Bug)
 
 
 def chosen(library: Library, wanted: Sequence[str], tables: Path) -> list[Bug]:
-    """Return all bugs, or the wanted ones; check that each can be put in.
+    """Return all bugs, or the wanted bugs. Check that each can be inserted.
 
     Raises:
-        InputError: a bug does not exist, or cannot be put in.
+        InputError: a bug does not exist, or cannot be inserted.
     """
     known = bugs(tables)
     for name in wanted:
@@ -136,7 +139,7 @@ def tasks(
     the run times.
 
     Raises:
-        InputError: a bug does not exist, or cannot be put in.
+        InputError: a bug does not exist, or cannot be inserted.
     """
     every = list(jobs(library, limit_s=min(limit_s, _LIMIT_S)))
     used = {
@@ -178,7 +181,7 @@ def _task(library: Library, bug: Bug, parts: list[Job], folder: Path) -> Task:
 
 
 def _twin(job: Job) -> str:
-    """Return a name that a block for bytes and its twin for words have in common."""
+    """Return a name that is the same for a block for bytes and for its twin for words."""
     return job.part.upper().removesuffix("WORDS").removesuffix("IN")
 
 
@@ -187,7 +190,7 @@ def _is_slow(job: Job) -> bool:
 
 
 def judge(task: Task) -> dict[str, Any]:
-    """Put the bug into a copy of the library; return which properties are still proved."""
+    """Insert the bug into a copy of the library; return which properties are still proved."""
     begin = time.monotonic()
     copy = Path(task.folder) / "lib"
     shutil.rmtree(task.folder, ignore_errors=True)
@@ -215,7 +218,7 @@ def judge(task: Task) -> dict[str, Any]:
 
 
 def _first_broken(parts: Iterable[Job], library: Library) -> dict[str, Any] | None:
-    """Return the first goal that is not proved."""
+    """Return the first goal that is not proved, or None."""
     for job in parts:
         outcome = run_until_broken(job, library)
         if outcome["status"] != PROVED:
@@ -225,7 +228,7 @@ def _first_broken(parts: Iterable[Job], library: Library) -> dict[str, Any] | No
 
 
 def died(task: Task) -> dict[str, Any]:
-    """Return the outcome for a bug if its process has ended by itself."""
+    """Return the outcome for a bug whose process has died."""
     return _outcome(task, time.monotonic(), {}, [DIED])
 
 
@@ -246,7 +249,10 @@ def _outcome(
 def summary(
     work: Sequence[Task], judged: Mapping[str, Mapping[str, Any]], *, whole: bool
 ) -> dict[str, Any]:
-    """Return the figures; `whole`: all bugs were tried, so each property must be broken once."""
+    """Return the figures.
+
+    `whole`: all bugs were tried, so each property must have been broken at least once.
+    """
     rows = [judged[task.key] for task in work]
     return {
         "tried": len(rows),

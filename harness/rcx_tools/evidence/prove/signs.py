@@ -1,4 +1,4 @@
-"""Signs of floating-point terms, without the arithmetic: whether a number can be below 0."""
+"""Signs of floating-point terms without the arithmetic: can a number be below 0?"""
 
 from __future__ import annotations
 
@@ -13,7 +13,10 @@ _JOINS = (z3.Z3_OP_FPA_MUL, z3.Z3_OP_FPA_ADD)
 
 
 def by_sign(term: Any) -> Any:
-    """Return the term with any number for a sum or product, restricted to its possible signs."""
+    """Return the term with an arbitrary number in place of each sum or product.
+
+    The number is restricted to the possible signs of the sum or product.
+    """
     if isinstance(term, bool):
         return z3.BoolVal(term)
     swaps, seen, waiting = [], set(), [term]
@@ -30,7 +33,7 @@ def by_sign(term: Any) -> Any:
 
 
 def _signed(rounded: Any) -> Any:
-    """Return any pattern; it is not below 0 if this term cannot be."""
+    """Return an arbitrary pattern. It is not below 0 if this term cannot be below 0."""
     pattern = z3.FreshConst(rounded.sort(), "signed")
     never = z3.And(_is_negative(pattern), z3.Not(_below_zero(rounded.arg(0))))
     return z3.If(never, z3.BitVecVal(0, 32), pattern)
@@ -55,7 +58,7 @@ def _below_zero(term: Any) -> Any:
 
 
 def _pattern_below_zero(pattern: Any) -> Any:
-    """Return the same condition as `_below_zero` for the pattern of a REAL."""
+    """Return a condition like that of `_below_zero` for the pattern of a REAL."""
     if z3.is_app_of(pattern, z3.Z3_OP_FPA_TO_IEEE_BV):
         return z3.And(_is_negative(pattern), _below_zero(pattern.arg(0)))
     if z3.is_app_of(pattern, z3.Z3_OP_ITE):

@@ -20,9 +20,9 @@ class Answer:
 
     Attributes:
         status: `proved`, `refuted` or `unknown`.
-        seconds: Time spent.
-        values: If it is refuted: the values of the requested terms in the counterexample.
-        reason: If it is unknown: the solver's reason.
+        seconds: Time that the solver has taken.
+        values: Values of the requested terms in the counterexample, if the claim is refuted.
+        reason: Reason of the solver, if the answer is unknown.
     """
 
     status: str
@@ -42,7 +42,7 @@ def ask(
     Args:
         assumed: Boolean terms.
         claim: A Boolean term.
-        limit_s: Time limit of the solver in seconds; after it the answer is `unknown`.
+        limit_s: Time limit of the solver [s]. After that time the answer is `unknown`.
         show: Terms to evaluate in a counterexample.
     """
     begin = time.monotonic()

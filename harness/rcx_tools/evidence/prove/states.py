@@ -1,4 +1,4 @@
-"""Random values and states that favour edges, limits and equal numbers over uniform values."""
+"""Random values and states, in which edges, limits and equal numbers are frequent."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ _PRINTABLE = [chr(code) for code in range(32, 127)]
 
 
 class States:
-    """Source of random values in the representation of the built-in engine.
+    """Source of random values in the form that the built-in engine uses.
 
     Args:
-        seed: The same seed gives the same values.
+        seed: Seed. The same seed always gives the same values.
     """
 
     def __init__(self, seed: str) -> None:
@@ -44,7 +44,7 @@ class States:
         self._numbers: list[int] = [0]
 
     def begin(self) -> None:
-        """Begin another state: draw the numbers its values share, and the share of TRUE BOOLs."""
+        """Begin another state: draw numbers that its values share, and the share of TRUE BOOLs."""
         draw = self.random
         self._on = draw.choice((0.1, 0.3, 0.5, 0.7, 0.9))
         self._numbers = [draw.choice((draw.randint(0, 20), draw.getrandbits(16))) for _ in range(3)]
@@ -57,7 +57,7 @@ class States:
         self.now = max(self.now, 0)
 
     def chance(self, share: float) -> bool:
-        """Return True in this share of all cases."""
+        """Return True in the given share of all calls."""
         return self.random.random() < share
 
     def value(self, kind: Type, name: str = "") -> Any:

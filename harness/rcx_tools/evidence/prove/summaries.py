@@ -1,8 +1,8 @@
-"""Summaries: terms that replace functions or blocks with long loops, and the sine.
+"""Summaries: terms that replace functions or blocks with long loops, and sine functions.
 
-A summary allows any result that the function can give. `functions.py` proves the summaries of
-FC_RcxMilliseconds, FC_RcxRealBits, FC_RcxBitsReal and FB_RcxFirstRow against their bodies, for
-every argument. The other summaries allow any value and need no proof.
+A summary allows every result that the function can give. `functions.py` proves for every argument
+that the summaries of FC_RcxMilliseconds, FC_RcxRealBits, FC_RcxBitsReal and FB_RcxFirstRow agree
+with their bodies. The other summaries allow any value and need no proof.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ __all__ = [
 
 #: The greatest result of FC_RcxMilliseconds: 20 days.
 LONGEST_MS = 1_728_000_000
-#: Standard functions that no term can express.
+#: Standard functions that the terms cannot express.
 WAVES = ("SIN", "COS", "ATAN")
 
 
@@ -42,8 +42,8 @@ def pattern_of(number: reals.Real) -> Any:
 def nearest_milliseconds(value: Any, result: Any) -> Any:
     """Return the specification of FC_RcxMilliseconds: nearest number, 0 below 0, at most 20 days.
 
-    It applies to every TIME of 64 bits. The result has as many bits as a TIME. A proof that needs
-    it for an argument must assume it.
+    It is valid for every TIME of 64 bits. The result has as many bits as a TIME. A proof that uses
+    the specification for an argument must assume it explicitly.
     """
     ms = 1_000_000
     whole = result * ms
@@ -74,7 +74,7 @@ def _is_number(pattern: Any) -> Any:
 
 
 def _real_bits(machine: Machine, arguments: list[Any]) -> Any:
-    """Return the pattern of the number; anything for NaN."""
+    """Return the pattern of a number, or an arbitrary value for NaN."""
     (number,) = arguments
     pattern = pattern_of(number)
     anything = z3.BitVec(machine.fresh("real_bits"), 32)
@@ -82,12 +82,12 @@ def _real_bits(machine: Machine, arguments: list[Any]) -> Any:
 
 
 def _bits_real(machine: Machine, arguments: list[Any]) -> Any:
-    """Return any number: no proof depends on its value."""
+    """Return an arbitrary number, because no proof depends on its value."""
     return reals.anything(machine.fresh("bits_real"), "REAL")
 
 
 def _scan_time(machine: Machine, arguments: list[Any]) -> None:
-    """Let FB_RcxScanTime give any time: no proof depends on the duration of a scan."""
+    """Let FB_RcxScanTime return any time, because no proof depends on the duration of a scan."""
     kind = machine.project.pous["FB_RCXSCANTIME"].block
     assert kind is not None
     machine.havoc(arguments[0], kind)
@@ -96,7 +96,7 @@ def _scan_time(machine: Machine, arguments: list[Any]) -> None:
 def is_first_row(row: Any, error: Any, rows: Any, size: Any) -> Any:
     """Return the specification of FB_RcxFirstRow: a row in use, or ErrorID 16#8051.
 
-    A row in use may be done already (16#8055).
+    ErrorID 16#8055 means that the row in use is done already.
     """
     used = z3.And(row >= 1, row <= rows, rows <= size)
     return z3.Or(z3.And(z3.Or(error == 0, error == 0x8055), used), error == 0x8051)
@@ -113,9 +113,10 @@ def _first_row(machine: Machine, arguments: list[Any]) -> None:
 
 
 def _wave(name: str) -> Callable[[Machine, list[Any]], Any]:
-    """Return a summary of a sine or similar: any REAL, but the same one for the same argument.
+    """Return a summary of a sine or a similar function.
 
-    It allows more than any real function. The accuracy of a PLC is not part of the proofs.
+    The summary allows any REAL, but the same REAL for the same argument. It therefore covers every
+    real function. The accuracy of a PLC is not part of the proofs.
     """
     word = z3.BitVecSort(32)
     function = z3.Function(name, word, word)

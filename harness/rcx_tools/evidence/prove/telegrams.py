@@ -3,8 +3,8 @@
 The proof covers every command block except FB_RemoteCommand. It is an induction over the calls of a
 block. The telegram is composed when the job starts, from the pins of that call. It stays unchanged
 while the job is busy, and nothing else is ever requested. The mapping from pins to wire does not
-come from the tables of the library. It comes from the tests' second reading of the guide
-(pin_telegrams.py).
+come from the tables of the library. It comes from the second interpretation of the guide, which the
+tests use (pin_telegrams.py).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from structured_text.prove.texts import anything
 
 __all__ = ["PROPERTIES"]
 
-#: The part that proves the lemmas about REAL_TO_DINT and characters, which the others use.
+#: Part with the lemmas about REAL_TO_DINT and characters, which the other parts use.
 _LEMMAS = "REAL_TO_DINT and FC_RcxCharCode"
 
 
@@ -48,7 +48,7 @@ def _blocks(library: Library) -> list[str]:
 
 
 class _Block:
-    """The two kinds of calls of a block, and the goals about them."""
+    """A call of a block that starts a job, a call while a job is busy, and the goals about both."""
 
     def __init__(self, library: Library, block: str) -> None:
         self.name = block
@@ -72,7 +72,10 @@ class _Block:
         return (*call.machine.assumptions, before, call.turn)
 
     def _goal(self, call: Call, name: str, claim: Any, **show: Any) -> Goal:
-        """Return a goal without floating point; REAL_TO_DINT gives a number within bounds."""
+        """Return a goal without floating-point arithmetic.
+
+        In place of REAL_TO_DINT there is a number within bounds.
+        """
         assumed = self._plain(z3.And(*self._assumed(call), *self._lemmas))
         shown = {name: self._plain(term) for name, term in show.items()}
         return Goal(f"{self.name}: {name}", (assumed,), self._plain(claim), shown)
@@ -81,7 +84,7 @@ class _Block:
         return z3.substitute(term, *self._rounded) if self._rounded else term
 
     def held(self) -> Iterator[Goal]:
-        """Yield the goals: the held command stays unchanged, and nothing else is requested."""
+        """Yield the goals that the held command stays unchanged, and nothing else is requested."""
         first = self._library.machine()
         pou = self._library.pou(self.name)
         assert pou.block is not None
@@ -100,7 +103,7 @@ class _Block:
         yield self._goal(self._busy, "the held command stays while the job is busy", stays)
 
     def legal(self) -> Iterator[Goal]:
-        """Yield the goals: the command at the start of a job is legal, unless it is refused."""
+        """Yield the goals that the command is legal at the start of a job, unless it is refused."""
         now = self._start.now
         edge = self._start.edge
         yield self._goal(self._start, "a job begins at an edge", z3.Implies(now.ready, edge))
@@ -109,7 +112,7 @@ class _Block:
         yield self._goal(self._start, "a telegram is legal", claim, **_shown(now.code, now.data))
 
     def pins(self) -> Iterator[Goal]:
-        """Yield the goals: the telegram is that of the pins; other pins make another one."""
+        """Yield the goals: the pins give the telegram, and other pins give another telegram."""
         now, expected = self._start.now, self._expected
         code = expected.code()
         same = [now.code == code, *map(_equal, now.data, self._data)]
@@ -125,7 +128,7 @@ class _Block:
             yield self._told_apart(keys, code)
 
     def _told_apart(self, keys: list[Any], code: Any) -> Goal:
-        """Return the goal that equal telegrams have equal pins, where the pins count."""
+        """Return the goal that equal telegrams have equal pins, where the pins have an effect."""
         terms = [
             self._plain(z3.And(*self._assumed(self._start), self._start.now.ready)),
             self._plain(code),
@@ -150,7 +153,7 @@ def _shown(code: Any, data: Iterable[Any], more: str = "") -> dict[str, Any]:
 
 
 def _constants(terms: Iterable[Any]) -> list[Any]:
-    """Return the variables of the solver in the terms."""
+    """Return the variables of the solver that the terms contain."""
     seen: set[int] = set()
     found, waiting = [], list(terms)
     while waiting:
@@ -187,10 +190,10 @@ def _legal_goals(library: Library, part: str) -> Iterator[Goal]:
 
 
 def _exact_goals() -> Iterator[Goal]:
-    """Yield the goals: a REAL nearest to a number of 0.001 mm or 0.01 % is sent as that number.
+    """Yield the goals that the REAL nearest to a multiple of 0.001 mm or 0.01 % is sent exactly.
 
-    The product is less than a quarter away from it: below 8192 half the distance of two REALs is
-    0.000244.
+    The product differs from the whole number by less than a quarter: below 8192, half the distance
+    of two REALs is 0.000244.
     """
     double = z3.Float64()
     pattern, number = z3.BitVec("pattern", 32), z3.BitVec("number", 32)

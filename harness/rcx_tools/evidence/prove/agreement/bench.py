@@ -1,4 +1,4 @@
-"""The compared sources, and the PROGRAM that calls each POU on either engine."""
+"""The compared sources, and the PROGRAM that calls each POU on an engine."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ class Engine(Protocol):
     """A POU on an engine, for comparison with the translation.
 
     Attributes:
-        step: Resolution of its clock [ns].
-        checks: Whether it stops at a fault by itself.
+        step: Resolution of the engine's clock [ns].
+        checks: Whether the engine stops the program at a fault.
     """
 
     step: int
@@ -72,12 +72,12 @@ class Engine(Protocol):
         """Call the POU; return False if a fault has stopped it."""
 
     def follow(self, after: Sequence[Any]) -> None:
-        """Adopt the leaves that cannot be read; `after` holds the values of the translation."""
+        """Take the values of leaves that cannot be read from the translation's values `after`."""
 
 
 @dataclass(frozen=True)
 class Compiled:
-    """The PROGRAM, compiled by matiec, and a snapshot of its initial state."""
+    """The PROGRAM compiled by matiec, and a snapshot of its initial state."""
 
     program: Program
     start: object
@@ -90,9 +90,10 @@ class Subject:
     Attributes:
         project: The sources that are translated.
         module: The same sources, compiled by the built-in engine.
-        numbers: By POU name in upper case: the value of `Which` that selects it, from 1.
-        holders: By type name of a VAR_IN_OUT: the variable of the PROGRAM that is passed to it.
-        compiled: The same sources on matiec, if requested.
+        numbers: Value of `Which` that selects a POU, by name of the POU in upper case. The values
+            start at 1.
+        holders: Variable of the PROGRAM that is passed to a VAR_IN_OUT, by name of the type.
+        compiled: The same sources compiled by matiec, if this was requested.
     """
 
     project: Project

@@ -23,8 +23,8 @@ class BuiltinEngine:
     """A block, or a function with its arguments and result, on the built-in engine.
 
     Attributes:
-        step: Resolution of its clock [ns].
-        checks: Whether it stops at a fault by itself.
+        step: Resolution of the engine's clock [ns].
+        checks: Whether the engine stops the program at a fault.
     """
 
     step = 1
@@ -122,7 +122,7 @@ def _kept(code: str) -> str:
 
 
 def shown(code: str, kind: Type) -> str:
-    """Return Python that converts an engine expression to the representation of `evaluate`."""
+    """Return Python code that converts an expression of the engine to the form of `evaluate`."""
     if isinstance(kind, ArrayType):
         mask = (1 << values.bits(kind.element)) - 1
         return f"{{**{{i: x & {mask} for i, x in enumerate({code})}}, REST: 0}}"
@@ -138,7 +138,7 @@ def shown(code: str, kind: Type) -> str:
 
 
 def single(value: float) -> Any:
-    """Return the bit pattern of a REAL; return the number itself if no REAL represents it."""
+    """Return the bit pattern of a REAL, or the number itself if no REAL represents it."""
     if value != value:
         return 0x7FC0_0000
     try:

@@ -1,10 +1,11 @@
 """Comparison of a block or function with an engine, from one random state to the next.
 
 A block is translated once, from an arbitrary state. Its terms are then evaluated for random states
-and pins, in several consecutive calls of an instance. Each variable after the call, or the fault
-that stops the program, is compared with the result of the engine for the same state. Functions with
-long loops (`SUMMARIES`) are translated separately for each value. On matiec a scan is skipped if
-the translation predicts a fault or leaves the result open.
+and pins, in several consecutive calls of an instance. After each call, the variables or the fault
+are compared with the result of the engine for the same state. Functions with long loops
+(`SUMMARIES`) are translated separately for each value. On matiec a scan is skipped if the
+translation predicts a fault, or if the result is open (different engines may give different
+results).
 """
 
 from __future__ import annotations
@@ -38,32 +39,33 @@ from structured_text.prove.symbolic_memory import Path
 
 __all__ = ["ENGINES", "MATIEC_SCANS", "SCANS", "Outcome", "agree", "agreed"]
 
-#: Random scans of every block and function.
+#: Number of random scans of every block and function on the built-in engine.
 SCANS = 600
-#: Random scans of every block and function on matiec.
+#: Number of random scans of every block and function on matiec.
 MATIEC_SCANS = 300
 #: The engines by name.
 ENGINES: dict[str, type[Engine]] = {"builtin": BuiltinEngine, "matiec": MatiecEngine}
-#: Most consecutive calls of an instance.
+#: Largest number of consecutive calls of an instance.
 _RUN = 8
-#: Scans of each block from a state that is already known at translation.
+#: Number of scans of each block whose start state is already known at translation.
 _KNOWN = 3
-#: Blocks with loops of a length set by their pins, and their callers: translated for each value.
+#: Blocks with a loop whose length depends on their pins, and callers of such blocks. They are
+#: translated separately for each state.
 _LOOPING = ("FB_RCXFIRSTROW", "FB_MOVETABLE")
 _B: Path = ("B",)
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """The outcome of comparing a POU.
+    """The result of comparing a POU.
 
     Attributes:
-        pou: Its name.
+        pou: Name of the POU.
         scans: Scans that were compared, including `faults`.
         faults: Compared scans that stopped the program on both sides.
-        known: Compared scans that ran on known values.
+        known: Compared scans whose start state was already known at translation.
         open: Further scans that were not compared, because the engines leave the result open.
-        seconds: Processor time.
+        seconds: Processor time [s].
         disagreement: The first disagreement; empty if there is none.
     """
 
@@ -101,7 +103,10 @@ def _call(machine: Machine, pou: t.Pou) -> None:
 
 
 def _translated(subject: Subject, name: str) -> Translation | None:
-    """Translate a POU from any state; return None if it has to be translated for each value."""
+    """Translate a POU from an arbitrary state.
+
+    Return None if the POU must be translated separately for each state.
+    """
     pou = subject.project.pous[name]
     if name in (*long(subject), *_LOOPING):
         return None
@@ -123,7 +128,7 @@ def _from_known(
     given: Sequence[Any],
     now: int,
 ) -> Translation:
-    """Translate a POU from values that are already known at translation."""
+    """Translate a POU from a state that is known at translation."""
     stand_ins = {} if pou.kind == "FUNCTION" else symbols(subject)
     machine = Machine(subject.project, stand_ins)
     machine.now = now
@@ -134,7 +139,7 @@ def _from_known(
 
 
 class _Comparison:
-    """A POU on both sides, from one random state to the next."""
+    """A POU on the engine and in the translation, which run from one random state to the next."""
 
     def __init__(
         self, subject: Subject, pou: t.Pou, seed: int, engine: str, term: Translation | None
@@ -204,10 +209,10 @@ class _Comparison:
         goes_on = self._engine.call(now)
         self._engine.follow(told[0][1])
         got = self._engine.read()
-        # The translations run before the engine. matiec does not stop at a fault, and in C some
-        # results are undefined. A scan that faults or is open therefore never reaches an engine
-        # that does not check (see above). The built-in engine runs it anyway, because it has to
-        # stop at the same faults.
+        # The translation runs before the engine. matiec does not stop at a fault, and in C some
+        # results are undefined. A scan with a fault or an open result is therefore never run on an
+        # engine that does not check faults. The built-in engine also runs such a scan, because it
+        # must stop at the same faults.
         for how, after, stops, open_ in told:
             if not stops and open_:
                 self.open += 1

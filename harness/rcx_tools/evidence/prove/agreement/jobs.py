@@ -1,4 +1,4 @@
-"""Comparison jobs, each for one block or function; good outcomes are saved."""
+"""Comparison jobs, each for one block or function. Good outcomes are saved."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Comparison:
-    """A block or function of a copy of plc/lib, to compare on the built-in engine and on matiec."""
+    """A job that compares a block or function of a copy of plc/lib with the engines."""
 
     folder: str
     pou: str
@@ -46,7 +46,7 @@ class Comparison:
 def comparisons(library: Library) -> Iterator[Comparison]:
     """Yield a job for each POU; skip those that use a sine or a similar function.
 
-    The terms cannot express such functions; the proofs hold for any result of them.
+    The terms cannot express such functions. The proofs hold for any result of these functions.
 
     Raises:
         InputError: `RCX_MATIEC` or an `iec2c` on `PATH` does not lead to a complete matiec.
@@ -63,7 +63,7 @@ def comparisons(library: Library) -> Iterator[Comparison]:
 
 
 def _waves(library: Library, name: str) -> bool:
-    """Return whether the POU, or a POU it uses, calls a function that no term can express."""
+    """Return whether the POU, or a POU that it uses, calls a function that no term can express."""
     called = re.compile(rf"\b({'|'.join(WAVES)})\s*\(", re.IGNORECASE)
     files = {library.pou(one).file for one in library.used([name])}
     return any(called.search(Path(file).read_text(encoding="utf-8")) for file in files)
@@ -83,13 +83,13 @@ def _subject(folder: str, *, matiec: bool) -> Subject:
 
 
 def prepare(folder: str) -> None:
-    """Compile all sources for matiec, if available, once before several processes need them."""
+    """Compile all sources for matiec if it is available, before several processes need them."""
     if not missing():
         _subject(folder, matiec=True)
 
 
 def compared(job: tuple[str, str, dict[str, int], int]) -> dict[str, comparing.Outcome]:
-    """Compare a POU; the job holds source folder, POU, scans of each engine and seed."""
+    """Compare a POU. The job contains source folder, POU, scans of each engine, and seed."""
     folder, name, scans, seed = job
     return comparing.agreed(_subject(folder, matiec="matiec" in scans), name, scans, seed)
 
@@ -109,7 +109,7 @@ def compare(job: Comparison) -> dict[str, Any]:
 
 
 def died(job: Comparison) -> dict[str, Any]:
-    """Return the outcome for a POU if its process has ended by itself."""
+    """Return the outcome for a POU whose process has died."""
     return _failed(job, DIED)
 
 
@@ -129,7 +129,7 @@ def _outcome(job: Comparison, engines: Mapping[str, Any], wrong: str) -> dict[st
 
 
 def summary(found: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
-    """Return the figures; `matiec` has its own figures, or the reason why there are none."""
+    """Return the figures. `matiec` contains separate figures, or the reason why there are none."""
     rows = sorted(found, key=lambda row: str(row["pou"]))
     return {
         **_scans(rows, "builtin"),
@@ -141,7 +141,7 @@ def summary(found: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _on_matiec(rows: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
-    """Return the figures of matiec and a sentence; only the sentence if matiec is missing."""
+    """Return the figures of matiec and a sentence, or only the sentence if matiec is missing."""
     why, matiec = missing(), find_matiec()
     if why or matiec is None:
         return {"says": f"not compared on matiec ({why})"}

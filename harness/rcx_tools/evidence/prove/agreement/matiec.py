@@ -1,7 +1,8 @@
 """The blocks and functions of the compared sources on matiec, for `comparing`.
 
-Each variable that a program can reach is set and read. The internal state of a standard block
-cannot be set. It starts in its initial state, and then follows the translation.
+The comparison sets and reads each variable that a program can access. The internal state of a
+standard block cannot be set. The translation therefore starts with the initial state of the block
+and then uses its own values.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ _US = timedelta(microseconds=1)
 _LONGEST = (1 << 63) // 1000 - 1
 
 
-#: Shift counts. C leaves shifts by 32 and more undefined, so they are taken modulo 32.
+#: Shift counts are taken modulo 32, because shifts by 32 and more are undefined in C.
 _SHIFTS = {"FC_RCXBITMASK": "DIGIT", "FC_RCXBYTEWITHBIT": "DIGIT"}
 
 
@@ -41,8 +42,8 @@ class MatiecEngine:
     """A block, or a function with its arguments and result, on matiec.
 
     Attributes:
-        step: Resolution of its clock [ns].
-        checks: Whether it stops at a fault by itself.
+        step: Resolution of the engine's clock [ns].
+        checks: Whether the engine stops the program at a fault.
     """
 
     step = 1000
@@ -103,7 +104,7 @@ class MatiecEngine:
         return True
 
     def follow(self, after: Sequence[Any]) -> None:
-        """Adopt the leaves that cannot be read."""
+        """Take the values of leaves that cannot be read from the translation."""
         self._held = list(after)
 
 
@@ -151,7 +152,7 @@ def _shown(kind: Type) -> Callable[[Any], Any]:
 
 
 def _given(kind: Type, value: Any) -> Any:
-    """Return a value as `Program.write` takes it; a TIME is cut to whole microseconds."""
+    """Return a value in the form of `Program.write`. A TIME is truncated to whole microseconds."""
     if isinstance(kind, EnumType):
         return kind.members[value]
     if isinstance(kind, ArrayType):

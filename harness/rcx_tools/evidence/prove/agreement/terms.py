@@ -1,7 +1,7 @@
 """A call of a block or function as terms of the solver, evaluated for given values.
 
-Functions with long loops (`SUMMARIES`) are uninterpreted symbols in a block. They are evaluated by
-the engine's own function.
+Functions with long loops (`SUMMARIES`) are uninterpreted symbols in the terms of a block. The
+function on the engine gives their values.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from structured_text.prove.symbolic_memory import Path
 
 __all__ = ["LREAL", "Translation", "bodies", "held", "long", "symbols"]
 
-#: Kinds of obligations at which an engine stops the program. A conversion out of range and a TIME
-#: of more than 64 bits give different results on each engine, so their results are open.
+#: Kinds of obligations whose violation stops the program on an engine. A conversion out of range,
+#: or a TIME of more than 64 bits, gives different results on the engines, so such a result is open.
 _OPEN = ("conversion", "time")
 
 
@@ -33,9 +33,9 @@ class Translation:
     """The terms of a POU after one call, compiled to Python.
 
     Args:
-        machine: Its memory after the call.
+        machine: The machine with its memory after the call.
         leaves: The scalars and arrays that are compared.
-        start: The memory before the call, if that was arbitrary; None if it was known.
+        start: Memory before the call if it was arbitrary; None if it was known.
         functions: Python functions that evaluate the functions with long loops.
     """
 
@@ -104,7 +104,7 @@ def _joined(kind: Type, parts: Sequence[Any]) -> Any:
 def _given(
     inputs: Sequence[str], leaves: Sequence[tuple[Path, Type]], start: Mapping[Path, Any]
 ) -> Callable[[list[Any], int], tuple[Any, ...]]:
-    """Return a function that computes the solver's variables from the leaves."""
+    """Return a function that computes the values of the solver's variables from the leaves."""
     codes = {"now": "now"}
     for place, (path, kind) in enumerate(leaves):
         value = start.get(path)
@@ -124,17 +124,17 @@ def _given(
     return found
 
 
-# --- functions with long loops: symbols in a block, evaluated by the engine's own function ---
+# --- functions with long loops: uninterpreted symbols, whose values come from the engine ---
 
 
 def long(subject: Subject) -> list[str]:
-    """Return the functions of the project that have a summary; blocks are left out."""
+    """Return the functions of the project that have a summary; blocks are omitted."""
     pous = subject.project.pous
     return [name for name in SUMMARIES if name in pous and pous[name].kind == "FUNCTION"]
 
 
 def _argument(subject: Subject, name: str) -> tuple[Type, Type]:
-    """Return the type of the only argument of a function, and of its result."""
+    """Return the type of a function's only argument, and the type of its result."""
     pou = subject.project.pous[name]
     (symbol,) = pou.section("VAR_INPUT")
     assert pou.result is not None
@@ -142,7 +142,7 @@ def _argument(subject: Subject, name: str) -> tuple[Type, Type]:
 
 
 def symbols(subject: Subject) -> dict[str, Callable[[Machine, list[Any]], Any]]:
-    """Return for each function with long loops a summary that gives a symbol of the solver."""
+    """Return for each function with long loops a summary that returns a symbol of the solver."""
     return {name: _symbol(subject, name) for name in long(subject)}
 
 
@@ -160,7 +160,7 @@ def _symbol(subject: Subject, name: str) -> Callable[[Machine, list[Any]], Any]:
 
 
 def bodies(subject: Subject) -> dict[str, Callable[[int], int]]:
-    """Return the engine's functions, by name, that evaluate the symbols."""
+    """Return the engine's functions that give the values of the symbols, by name."""
     return {name: _body(subject, name) for name in long(subject)}
 
 
@@ -179,7 +179,7 @@ def _width(kind: Type) -> int:
 
 
 def held(kind: Type, raw: int) -> Any:
-    """Return the engine's value for a bit pattern of the solver."""
+    """Return the engine's value for a bit pattern that the solver uses."""
     if kind == _REAL:
         return struct.unpack("<f", raw.to_bytes(4, "little"))[0]
     width = values.bits(kind)

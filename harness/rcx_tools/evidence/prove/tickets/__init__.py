@@ -1,4 +1,4 @@
-"""Turns on the two channels, for any number of blocks: tickets are taken, served and passed on."""
+"""Proofs about the turns on both channels, for any number of blocks, with tickets."""
 
 from rcx_tools.evidence.prove.tickets import free, turns
 

@@ -1,4 +1,4 @@
-"""Proofs that a channel becomes free: after a loss, by the controller's answers, by time limits."""
+"""Proofs that a channel becomes free: after a loss, after an answer, or by a time limit."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["PROPERTIES"]
 
 #: Members of RCX_PHASE, in their order.
 _RESET, _DATA, _RUN = 0, 2, 3
-#: ErrorIDs of docs/reference/errors.md: not connected, controller not ready; then time limits.
+#: ErrorIDs of docs/reference/errors.md: not connected, controller not ready, then the time limits.
 _LOSS = (0x8001, 0x8002)
 _LIMIT = (0x8010, 0x8011, 0x8012, 0x8015)
 _RUNNING_STATUS = 0x0100
@@ -30,7 +30,7 @@ def _one_of(value: Any, wanted: tuple[int, ...]) -> Any:
 
 
 def _call_goals(library: Library, channel: str) -> Iterator[Goal]:
-    """Yield the goals about a block in its turn, and at a loss."""
+    """Yield the goals about a block that has the turn, and about a block at a loss of the link."""
     step = turns.call(library, channel, 1)
     part = f"{channel} FB_RCXJOB"
     was, job = step.before.jobs[0], step.after.jobs[0]
@@ -77,7 +77,7 @@ def _call_goals(library: Library, channel: str) -> Iterator[Goal]:
 
 
 def _write_goals(library: Library, channel: str, block: str) -> Iterator[Goal]:
-    """Yield the goals about FB_WriteArea freeing a channel."""
+    """Yield the goals that FB_WriteArea frees a channel."""
     step = turns.write(library, channel, block)
     part = f"{channel} {block}"
     before, after = step.before.channel, step.after.channel
@@ -115,9 +115,9 @@ def _write_goals(library: Library, channel: str, block: str) -> Iterator[Goal]:
 class _Scan:
     """A whole scan of the channel of remote commands, with a controller that answers in time.
 
-    The holder of the turn is an FB_RemoteCommand. Without a holder the turn belongs to an orphan, a
-    command whose block has gone. Other blocks have no turn, so they change neither phase nor
-    request.
+    An FB_RemoteCommand has the turn. If no block has it, the turn belongs to an orphan: a command
+    whose block is not called any more. Other blocks do not have the turn, so they change neither
+    phase nor request.
     """
 
     def __init__(self, library: Library, holder: bool) -> None:
@@ -161,7 +161,7 @@ class _Scan:
         self.assumed += machine.assumptions
 
     def _stage(self, holder: bool) -> Any:
-        """Return the greatest number of stages before the end of the turn: the ranking function."""
+        """Return the greatest number of stages before the end of the turn (a ranking function)."""
         machine = self.machine
         phase = machine.term((*ROBOT, "INNER", "PHASE"))
         status = machine.term((*ROBOT, "STATUS"))
@@ -189,7 +189,7 @@ class _Scan:
         return z3.If(phase == _RUN, z3.If(armed, out, out + 5), before)
 
     def _controller(self) -> None:
-        """Constrain the controller's next status (guide chapter 2), and the scans until then."""
+        """Constrain the next status of the controller (guide chapter 2) and its answer time."""
         machine = self.machine
         status, code_out = (
             machine.term((*ROBOT, "STATUS")),
@@ -225,12 +225,12 @@ class _Scan:
         return z3.ULT(self._scans(self.now, self.left_now), self._scans(self.was, self.left))
 
     def _scans(self, stage: Any, left: Any) -> Any:
-        """Return the greatest number of scans before the end of the turn.
+        """Return the number of scans up to the end of the turn (at most).
 
-        The stages 2, 3, 6, 7 and 8 wait for the controller, the others take one scan.
+        In the stages 2, 3, 6, 7 and 8 the controller must answer. The other stages take one scan.
         """
         least = {2: left, 3: left + self.longest}
-        # Waiting times of the controller add up: a stage that waits now counts `left`, each later
+        # Waiting times of the controller add up: the present wait counts `left`, and each later
         # wait counts `longest`. Every other stage before the end adds one scan.
         least |= {4: 2 * self.longest + 1, 5: 2 * self.longest + 2}
         least |= {number: left + (number - 4) * self.longest + 2 for number in (6, 7, 8)}

@@ -1,9 +1,9 @@
-"""The ticket model of a channel: its invariant, each job's, and that of each two jobs.
+"""The ticket model of a channel, with the invariants of the channel, of a job, and of two jobs.
 
-The PLC counts scans, tickets and turns in 16 bits, which wrap. The proof adds ghost counters of 48
-bits, which never wrap. The proof is an induction over the calls of any block. Each call
-keeps the invariant of the channel, of any job and of any two jobs. The number of jobs does not
-occur, so the proof holds for all.
+The PLC counts scans, tickets and turns in 16 bits, which wrap. The proof adds ghost counters with
+48 bits, which never wrap. The proof is an induction over the calls of any block. Each call keeps
+the invariant of the channel, of any job, and of any two jobs. The number of jobs does not occur in
+the proof, so the proof holds for any number.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ __all__ = [
 ]
 
 _WIDE = 48
-#: The greatest distance of two live tickets, as FC_RcxTickets compares them.
+#: Greatest distance of two live tickets that FC_RcxTickets compares correctly.
 FARTHEST = 32767
 
 
 def low(wide: Any) -> Any:
-    """Return a count as the PLC has it, modulo 65536."""
+    """Return a count as the PLC stores it, modulo 65536."""
     return z3.Extract(15, 0, wide)
 
 
@@ -51,17 +51,17 @@ def until(first: Any, last: Any) -> Any:
 
 @dataclass(frozen=True)
 class Channel:
-    """A channel at a moment: the ghost counters and the variables of the PLC.
+    """A channel at a point in time: the ghost counters, and the variables of the PLC.
 
     Attributes:
-        tickets: Tickets taken so far.
-        turns: The ticket that has the turn, as a wide number.
-        scan: Number of the scan.
-        inside: FB_ReadArea has been called, FB_WriteArea not yet.
-        unseen: No block with a ticket was called since the last FB_WriteArea.
-        written: The area is legal: FB_WriteArea works.
+        tickets: Number of tickets taken so far.
+        turns: Ticket that has the turn, as a wide number.
+        scan: Number of the scan, as a wide number.
+        inside: FB_ReadArea has been called in this scan, and FB_WriteArea has not.
+        unseen: Since the last FB_WriteArea, no block with a ticket was called.
+        written: The area is legal, so FB_WriteArea works.
         next, serving, lowest, orphan, number: The variables of the PLC.
-        remote: It is the channel of the remote commands.
+        remote: Whether this is the channel of the remote commands.
     """
 
     tickets: Any
@@ -109,7 +109,7 @@ class Channel:
         }
 
     def counted(self) -> Any:
-        """Return the bounds of the wide counts; they never overflow below 2^46."""
+        """Return the claim that the wide counts are within bounds, so that they never overflow."""
         return z3.And(
             self.tickets < 1 << 46,
             self.scan >= 1 << 16,
@@ -119,12 +119,13 @@ class Channel:
 
 @dataclass(frozen=True)
 class Job:
-    """A job at a moment: ghost variables and those of the PLC.
+    """A job at a point in time: ghost variables, and variables of the PLC.
 
     Attributes:
-        ticket: Its last ticket, or one that had been passed, as a wide number.
-        waits: It has taken that ticket, and has not ended.
-        seen: Number of the scan of its last call, as a wide number.
+        ticket: Its last ticket as a wide number; without a ticket, a ticket that was passed
+            already.
+        waits: The job has taken this ticket and has not ended.
+        seen: Number of the scan of the last call, as a wide number.
         busy, active, mine, last, error: Busy, Active, Ticket, Seen and ErrorID.
     """
 
@@ -138,9 +139,9 @@ class Job:
     error: Any
 
     def lives(self, channel: Channel) -> Any:
-        """Return the claim that it is busy, and that no scan has passed without a call of it.
+        """Return the claim that the job is busy and was called in every scan.
 
-        The present scan may still lack its call.
+        The call in the present scan may still follow.
         """
         early = z3.And(channel.inside, self.seen == channel.scan - 1)
         return z3.And(self.busy, z3.Or(self.seen == channel.scan, early))
@@ -188,7 +189,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Scene:
-    """A channel and jobs on it, at a moment."""
+    """A channel and jobs on it, at a point in time."""
 
     channel: Channel
     jobs: tuple[Job, ...]
@@ -208,26 +209,28 @@ class Scene:
 
 
 def different(channel: Channel, one: Job, other: Job) -> Any:
-    """Return the claim that two waiting jobs have different tickets, also in 16 bits."""
+    """Return the claim that two waiting jobs have different tickets, even in 16 bits."""
     both = z3.And(one.lives(channel), one.waits, other.lives(channel), other.waits)
     return z3.Implies(both, z3.And(one.ticket != other.ticket, one.mine != other.mine))
 
 
 def keeps_turn(busy: Any, active: Any, seen: Any, number: Any, own: Any) -> Any:
-    """Return the claim that a job with the turn, called in the last scan, has the served ticket.
+    """Return the claim: a job that has the turn and was called in the last scan is being served.
+
+    "Is being served" means that the ticket of the job is the present turn.
 
     Args:
         busy: Busy of the job.
         active: Active of the job.
         seen: Its Seen, 16 bits.
         number: The number of this scan, 16 bits.
-        own: Its ticket is the one that is served.
+        own: Whether the ticket of the job is the served ticket.
     """
     return z3.Implies(z3.And(busy, active, seen + 1 == number), own)
 
 
 class Clockless(Machine):
-    """A machine with any time since the last scan: FB_RcxScanTime is not run."""
+    """A machine with any time since the last scan, because FB_RcxScanTime is not run."""
 
     def call_block(
         self, instance: Path, block: str, in_outs: Mapping[str, Path | Alternatives]
@@ -242,7 +245,7 @@ class Clockless(Machine):
 
 
 def machine(library: Library) -> Machine:
-    """Return a machine at any moment, for goals that do not depend on time."""
+    """Return a machine at any time of operation, for goals that do not depend on time."""
     made = Clockless(library.project, SUMMARIES)
     made.now = z3.BitVec("now", TIME_BITS)
     made.assume(z3.And(made.now >= 0, made.now < 1 << 62))
@@ -251,14 +254,14 @@ def machine(library: Library) -> Machine:
 
 @dataclass(frozen=True)
 class Places:
-    """The paths of a channel and its jobs in a machine."""
+    """The paths of a channel and of its jobs in a machine."""
 
     machine: Machine
     channel: Path
     jobs: tuple[Path, ...]
 
     def scene(self, channel: Channel, jobs: tuple[Job, ...]) -> Scene:
-        """Return the present scene; the ghost variables come from the arguments."""
+        """Return the present scene. The ghost variables come from the arguments."""
 
         def at(path: Path, *names: str) -> list[Any]:
             return [self.machine.term((*path, name)) for name in names]
@@ -278,7 +281,7 @@ class Places:
         )
 
     def any(self, remote: bool, number: Any, inside: Any) -> Scene:
-        """Return the present scene with any ghost counters."""
+        """Return the present scene with arbitrary ghost counters."""
         nothing, no = z3.BitVecVal(0, 16), z3.BoolVal(False)
         wide = {name: z3.BitVec(name, _WIDE) for name in ("tickets", "turns", "scan")}
         logic = {name: z3.Bool(name) for name in ("unseen", "written")}
@@ -300,7 +303,7 @@ class Places:
 
 
 def jobs(machine: Machine, library: Library, count: int) -> tuple[Path, ...]:
-    """Create jobs in any state; return their paths."""
+    """Create jobs in arbitrary states; return their paths."""
     kind = library.pou("FB_RCXJOB").block
     assert kind is not None
     paths = tuple((f"JOB{number}",) for number in range(1, count + 1))
@@ -324,12 +327,12 @@ def assumed(before: Scene) -> list[Any]:
 
 
 def after_call(places: Places, before: Scene) -> Scene:
-    """Return the scene after a call of the first job; the machine has made the call."""
+    """Return the scene after a call of the first job, which the machine has made."""
     was, job = before.channel, before.jobs[0]
     after = places.scene(was, before.jobs)
-    # Ghost variables follow the PLC. A changed NextTicket means that a ticket was taken. A changed
-    # Serving means that turns have passed. A job that starts without a ticket gets a passed ticket,
-    # the one before the turn.
+    # The ghost variables follow the variables of the PLC. A changed NextTicket means that a ticket
+    # was taken. A changed Serving means that turns have passed. A job that starts without a ticket
+    # gets the ticket before the present turn, which has passed already.
     took = after.channel.next != was.next
     waits = z3.And(after.jobs[0].busy, z3.Or(took, z3.And(job.busy, job.waits)))
     passed = z3.If(job.busy, job.ticket, was.turns - 1)
@@ -345,7 +348,7 @@ def after_call(places: Places, before: Scene) -> Scene:
 
 
 def after_write(places: Places, before: Scene) -> Scene:
-    """Return the scene after a call of FB_WriteArea; the machine has made the call."""
+    """Return the scene after a call of FB_WriteArea, which the machine has made."""
     was = before.channel
     after = places.scene(was, before.jobs)
     channel = replace(
@@ -358,7 +361,7 @@ def after_write(places: Places, before: Scene) -> Scene:
 
 
 def after_read(places: Places, before: Scene, number: Any) -> Scene:
-    """Return the scene after a call of FB_ReadArea; the machine has made the call."""
+    """Return the scene after a call of FB_ReadArea, which the machine has made."""
     was = before.channel
     after = places.scene(was, before.jobs)
     one = z3.If(was.inside, z3.BitVecVal(0, _WIDE), z3.BitVecVal(1, _WIDE))

@@ -1,4 +1,4 @@
-"""Turns on a channel: at most one block has it, the oldest ticket first, passed on at the end."""
+"""Proofs about the turns on a channel: one block at a time, oldest ticket first, then the next."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["PROPERTIES", "Step", "call", "parts", "shown", "write"]
 CHANNELS = ("COMMAND", "SEQUENCE")
 WRITERS = ("FB_WRITEAREA", "FB_WRITEAREAWORDS")
 _READERS = ("FB_READAREA", "FB_READAREAWORDS")
-#: End values of the remote status: normal and abnormal end (guide chapter 2).
+#: End values of the remote status: normal end and abnormal end (guide chapter 2).
 ENDS = (0x0200, 0x4000)
 
 
@@ -73,7 +73,7 @@ def shown(step: Step) -> dict[str, Any]:
 
 
 def call(library: Library, channel: str, count: int = 3) -> Step:
-    """Call one job; all others are in any state."""
+    """Return the step in which one job is called. All other jobs are in arbitrary states."""
     machine = library.machine()
     paths = model.jobs(machine, library, count)
     kind = library.pou("FB_RCXJOB").symbols["CHANNEL"].type
@@ -97,7 +97,7 @@ def call(library: Library, channel: str, count: int = 3) -> Step:
 
 
 def write(library: Library, channel: str, block: str) -> Step:
-    """Call FB_WriteArea or its twin for words; jobs are in any state."""
+    """Return the step of FB_WriteArea or its twin for words. Jobs are in arbitrary states."""
     machine = model.machine(library)
     # FB_WriteArea runs first, because `step` chooses the memory. The scene before the call is then
     # read from the restored old memory, with jobs added to it. Finally the memory after the call
@@ -140,9 +140,9 @@ def _read(library: Library, channel: str, block: str) -> Step:
 
 
 def _power_up(library: Library, channel: str) -> Iterator[Goal]:
-    """Yield the goals: the invariant holds after the first FB_ReadArea.
+    """Yield the goals that the invariant holds after the first FB_ReadArea.
 
-    No block has been called; the number of the scan is arbitrary.
+    No other block has been called. The number of the scan is arbitrary.
     """
     machine = library.machine()
     job = library.pou("FB_RCXJOB")
@@ -168,9 +168,9 @@ def _power_up(library: Library, channel: str) -> Iterator[Goal]:
 
 
 def _kept(step: Step, told: str) -> Iterator[Goal]:
-    """Yield the goals: the call keeps the invariant of the called job and of the others.
+    """Yield the goals that the call preserves the invariant of the called job and of the others.
 
-    Two uncalled jobs represent all of them: they are interchangeable.
+    Two jobs that are not called represent all others, because these are interchangeable.
     """
     alike = f"job {len(step.after.jobs)}:"
     for name, claim in step.after.holds().items():
@@ -314,7 +314,7 @@ def _back(library: Library, part: str) -> Iterator[Goal]:
 
 
 def _taken_back(step: Step, part: str) -> Iterator[Goal]:
-    """Yield the goals: FB_WriteArea takes the turn only from a block that has gone."""
+    """Yield the goals: FB_WriteArea takes the turn only from a block that is not called."""
     before, after = step.before.channel, step.after.channel
     works = z3.And(before.inside, before.written)
     gone = z3.And(works, before.serving != before.lowest)
@@ -365,7 +365,7 @@ def _taken_back(step: Step, part: str) -> Iterator[Goal]:
 
 
 def parts(*blocks: str) -> list[str]:
-    """Return the names of the parts: each of these blocks on each channel."""
+    """Return the names of the parts: each combination of block and channel."""
     return [f"{channel} {block}" for channel in CHANNELS for block in blocks]
 
 

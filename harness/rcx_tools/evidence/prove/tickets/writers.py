@@ -1,4 +1,4 @@
-"""Writers of the variables behind the turns, and inputs of the jobs, read from the syntax tree."""
+"""Checks of the syntax tree: which POUs write the variables of turns, and inputs of the jobs."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ OWNERS = {
     "PHASE": {"FB_RCXHANDSHAKE"},
     "RUNNING": {"FB_RCXHANDSHAKE"},
 }
-#: Inputs of a job on a channel of a robot; None: the pin is not given and keeps its initial value.
+#: Inputs of a job on a channel of a robot, as text. None: the call does not assign the pin, which
+#: keeps its initial value.
 _PINS: dict[str, dict[str, str | None]] = {
     "COMMAND": {
         "SCAN": "ROBOT.INNER.SCAN",
@@ -48,7 +49,7 @@ _TAKERS = {"FB_RCXJOB", "FB_RCXCHANNELTURN"}
 
 
 def _text(node: Any) -> str:
-    """Return a variable by its path in upper case; other expressions only as far as needed."""
+    """Return the text of an expression in upper case, as far as the checks need it."""
     if isinstance(node, t.Use):
         return node.symbol.name.upper()
     if isinstance(node, t.Member):
@@ -143,7 +144,7 @@ def _bad_pins(where: str, channel: str, call: t.CallBlock) -> Iterator[str]:
 
 
 def goals(library: Library, part: str) -> Iterator[Goal]:
-    """Yield two goals: about the writers, and about the arguments."""
+    """Yield two goals: one about the writers of variables, one about the arguments of jobs."""
     writes: list[str] = []
     calls: list[str] = []
     for name, pou in library.project.pous.items():
