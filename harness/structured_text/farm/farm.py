@@ -269,7 +269,8 @@ class _Turns:
         self._taken = 0
         self._again: deque[int] = deque()
         self._last_time: deque[int] = deque()
-        #: For each unfinished item: its position in the order of taking, and the item.
+        #: For each unfinished item: its position in the order in which items were taken, and the
+        #: item.
         self._items: dict[int, tuple[int, Any]] = {}
         self._died: dict[int, list[Died]] = {}
         self._under_way: set[int] = set()

@@ -36,7 +36,8 @@ _MARKS = {
     b"\xfe\xff": "UTF-16",
 }
 
-#: This number is added to the line of text that is not in the extract's file, but in its `project`.
+#: Added to the number of a line of text that comes not from the extract's file, but from its
+#: `project`.
 ELSEWHERE = 10_000_000
 
 

@@ -166,7 +166,7 @@ _CONVERSION = re.compile(r"([A-Z_]+?)_TO_([A-Z_]+)")
 #: treated like TIME, DATE, DT and TOD.
 _MOMENT_PAIRS = (
     *(("DT", "DATE"), ("DT", "TOD"), ("DATE", "DT"), ("TIME", "TOD"), ("TOD", "TIME")),
-    # as time since 1970-01-01
+    # As time since 1970-01-01.
     *(("TIME", "DT"), ("DT", "TIME"), ("TIME", "DATE"), ("DATE", "TIME")),
 )
 

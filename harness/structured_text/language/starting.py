@@ -1,4 +1,4 @@
-"""Initial values that are assigned when a program or call starts: pointers, arguments and others."""
+"""Initial values that are assigned when a program or call starts, such as pointers and arguments."""
 
 from __future__ import annotations
 
