@@ -283,7 +283,7 @@ class Debugger:
     def _device_step_ends(self, step: DeviceStep) -> bool:
         """Return whether the current step ends before this line of a device's program.
 
-        A step out of the outermost program goes to its next line.
+        A step out of the outermost program continues to the next line of this program.
         """
         going = self._going
         if going.order.task != step.task:

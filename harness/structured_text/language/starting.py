@@ -1,4 +1,4 @@
-"""Initial values that are assigned when a program or call starts, such as pointers and arguments."""
+"""Initial values that are assigned when a program or call starts, for example pointers."""
 
 from __future__ import annotations
 
@@ -68,9 +68,9 @@ def _has_arguments(variable: s.VarDecl) -> bool:
 
 
 def instance_sections(node: s.Pou) -> Iterator[s.Section]:
-    """Yield the VAR_INST of methods with a start of their own, as variables of their block.
+    """Yield the VAR_INST with an initial value in methods, as variables of the block.
 
-    Such a variable is part of each instance, and starts with it.
+    Such a variable is part of each instance of the block, and starts with the instance.
     """
     for member in node.members:
         accessors = (member.getter, member.setter) if isinstance(member, s.Property) else (member,)

@@ -285,7 +285,7 @@ class Same:
 
 @dataclass(frozen=True)
 class Generic:
-    """The argument for an input that is ANY: a pointer, and class and size [bytes] of the target."""
+    """The argument for an input that is ANY: pointer, class and size [bytes] of its target."""
 
     pointer: Expression
     number: int

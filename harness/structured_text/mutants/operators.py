@@ -235,7 +235,7 @@ def _swapped(place: Place, body: Body) -> Iterator[Change]:
 def _twin(function: str, body: Body) -> str | None:
     """Return the function that is easily confused with this one, or None.
 
-    Examples are SHR for SHL, and the function for the high word for the function for the low word.
+    Examples are SHR instead of SHL, and the function for the high word instead of the low word.
     """
     other = _TWIN.sub(lambda found: _TWINS[found[0]], function)
     if function in ("SHL", "SHR"):
