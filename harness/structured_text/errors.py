@@ -84,7 +84,7 @@ class InputError(Exception):
         column: int | None = None,
         hint: str = "",
     ) -> None:
-        # one source may have lines from two files, see `language.source.Extract`
+        # One source may have lines from two files, see `language.source.Extract`.
         place = getattr(file, "place", None)
         if place is not None and line is not None:
             file, line = place(line)

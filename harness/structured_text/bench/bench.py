@@ -117,13 +117,14 @@ class Bench:
         Args:
             program: One ST file or project file, or several, or a folder.
             lib: Folder of a library; the bench adds the library files that the program needs.
-            scan: Period of the scan; default: the configuration's tick, or 10 ms.
+            scan: Period of the scan. By default it is the configuration's tick, or 10 ms without
+                tasks.
             engine: `"auto"`, `"matiec"`, `"builtin"` or `"strucpp"`.
             trace: File for the trace; it replaces the trace of an earlier run.
             watch: Variables that the trace shows in every scan: paths, or patterns with `*`.
             replace: ST files for POUs of a project, by the POU's name.
-            dialect: The PLC tool whose behaviour the program gets; default: the dialect of the
-                project's format, or plain Structured Text.
+            dialect: The PLC tool whose behaviour the program gets. By default it is the dialect of
+                the project's format, or plain Structured Text.
             device: The device to read of a project with several devices.
             keep: Number of trace records in memory; each snapshot contains them.
 

@@ -40,7 +40,7 @@ class Entry:
         events: Events of the PLC: name and arguments.
         held_us: Time after which the values, all of type BOOL, and the events are undone; None if
             they stay.
-        expect: Conditions that must hold just before the values are set: see `engines.conditions`.
+        expect: Conditions that must hold just before the values are set, see `engines.conditions`.
     """
 
     keys: ClassVar[tuple[str, ...]] = ("time", "set", "plc", "for", "expect")

@@ -19,7 +19,10 @@ _MOST_VECTORS = 64
 
 
 def pages(results: Sequence[FileResult], title: str) -> dict[str, str]:
-    """Return index.html and a page per file, by name; each page is self-contained."""
+    """Return the texts of index.html and of a page per file, by file name.
+
+    Each page is self-contained.
+    """
     names = _names(results)
     found = {"index.html": _page(f"Coverage of {title}", "", _overview(results, names))}
     back = '<a id="back" href="index.html">all files</a>'

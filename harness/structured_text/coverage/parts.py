@@ -121,10 +121,10 @@ class CountedPou:
 
 @dataclass
 class Source:
-    """A version of a file.
+    """A version of a source file.
 
     Attributes:
-        lines: Its text, by line number.
+        lines: The text of the file, by line number.
         reasons: The reasons why lines are unreachable, by line number.
         pous: The POUs by name and number of counters and decisions, which constants of other files
             may change.
@@ -150,7 +150,7 @@ class Merged:
         self.elsewhere: set[str] = set()
 
     def add(self, part: Part) -> None:
-        """Add the part of one process."""
+        """Add the counts of one process."""
         self.changed.update(part["changed"])
         self.elsewhere.update(part["elsewhere"])
         for one in part["files"]:

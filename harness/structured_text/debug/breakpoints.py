@@ -88,7 +88,10 @@ class Breakpoint:
         self._here = scan, 0
 
     def hit(self, pou: str, variables: Mapping[str, Any]) -> bool:
-        """Count a hit and return whether it stops or prints its message, or raise InputError."""
+        """Count a hit and return whether the breakpoint takes effect, or raise InputError.
+
+        It takes effect by a stop, or by its message.
+        """
         condition = self.conditions.get(pou)
         if condition is not None and not condition.value(variables):
             return False

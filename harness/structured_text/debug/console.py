@@ -53,7 +53,7 @@ class Console:
     # --- expressions ---
 
     def look(self, frame: Frame, text: str) -> Held:
-        """Evaluate an expression in a frame: a variable with its parts, or a value.
+        """Return the variable or the value that an expression has in a frame.
 
         A path from a program on (`Main.Servo.Busy`) is valid in every frame. Raise InputError if
         the text is not an expression, or has no value.
@@ -211,7 +211,7 @@ class Console:
         raise InputError(f"there is no command .{word}", hint=".help lists them")
 
     def positions(self) -> str:
-        """Return the positions of the PLC and of each task of its devices, one per line."""
+        """Return lines with the positions of the PLC and of each task of its devices."""
         tracer = self._debugger.player.tracer
         thread = self._scopes.running(tracer)
         frame = self._scopes.stack(tracer, thread)[0]

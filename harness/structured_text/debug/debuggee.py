@@ -30,7 +30,7 @@ class Debuggee:
 
     Attributes:
         machine: The program with the devices around it.
-        base: Number of the client's first line.
+        base: Number that the client gives to the first line of a file, 0 or 1.
     """
 
     machine: Machine

@@ -283,7 +283,7 @@ class Debugger:
     def _device_step_ends(self, step: DeviceStep) -> bool:
         """Return whether the current step ends before this line of a device's program.
 
-        A step out of the outermost program goes to its next line.
+        A step out of the outermost program continues to the next line of this program.
         """
         going = self._going
         if going.order.task != step.task:
@@ -470,7 +470,7 @@ class Debugger:
             self.breakpoints, self.watches = own
 
     def _scans_with(self, first: int, end: int, rules: bool) -> list[int]:
-        """Run the scans from `first` to `end` - 1 fast; return those in which something stops."""
+        """Run the scans from `first` to `end` - 1 fast; return those with a reason to stop."""
         found: list[int] = []
         machine = self.player.machine
         for scan in range(first, end):
@@ -518,7 +518,7 @@ class Debugger:
             if hits := self._hits_here():
                 found.append((Moment(scan, step), Stop("breakpoint", "", hits)))
 
-        # if an error ends the program in this scan, the statements up to the error have run
+        # If an error ends the program in this scan, the statements up to the error have run.
         with suppress(InputError):
             self.player.every(look)
         changes(Moment(scan, last) if before and last else Moment(scan + 1))
@@ -532,7 +532,8 @@ class Debugger:
         """Apply a change at this moment, and repeat it whenever the run passes this moment again.
 
         Returns:
-            Whether the run had already gone beyond this moment; that part of it is discarded.
+            Whether the run had already gone beyond this moment. If so, everything after this moment
+            is discarded.
         """
         later = self.player.edit(apply)
         for one in self.breakpoints:

@@ -104,7 +104,7 @@ class DeviceBreakpoint(Breakpoint):
         return step.task == self.task and step.depth <= self.depth
 
     def hit_at(self, step: DeviceStep) -> bool:
-        """Count a hit and return whether it stops, or raise InputError."""
+        """Count a hit and return whether the breakpoint stops, or raise InputError."""
         return (self.holds is None or self.holds(step.task)) and self.hit("", {})
 
 

@@ -15,7 +15,7 @@ class Stop:
     """The reason of a stop.
 
     Attributes:
-        reason: Its name in the protocol.
+        reason: Name of the reason in the protocol.
         text: A text of one line.
         hits: The breakpoints that were hit.
     """

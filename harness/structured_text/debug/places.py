@@ -152,7 +152,7 @@ class Places:
 
     @cached_property
     def _files(self) -> dict[str, list[tuple[int, str]]]:
-        """Return the lines with statements of each file, each with its POU, sorted."""
+        """Return the lines with statements of each file, sorted, with the POU of each line."""
         found: dict[str, set[tuple[int, str]]] = {}
         for key, pou in self.project.pous.items():
             lines = found.setdefault(real_path(pou.file), set())

@@ -198,7 +198,8 @@ class Player:
         """Apply a change now, and again whenever the run passes this moment.
 
         Returns:
-            Whether the run had already gone beyond this moment; that part of it is discarded.
+            Whether the run had already gone beyond this moment. If so, everything after this moment
+            is discarded.
         """
         apply()
         now = self.now

@@ -114,7 +114,7 @@ class ProgramVariables:
 
     def _of_block(self, of: Held, kind: BlockType, held: Any) -> list[Held]:
         pou = self._project.pous.get(kind.name.upper())
-        if pou is None:  # a standard block
+        if pou is None:  # a standard block has no POU, only pins
             return [
                 self._slot(held, of, one.name, one.name.upper(), one.type)
                 for one in kind.variables

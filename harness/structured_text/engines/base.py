@@ -140,8 +140,8 @@ class Program(Protocol):
         """Record the calls of some block types from now on; return None if the engine cannot.
 
         Args:
-            blocks: For each block, by upper-case name, the index among its VAR_IN_OUT of a variable
-                to record with each call, or None.
+            blocks: The blocks to record, by upper-case name. The value is the index of a VAR_IN_OUT
+                that each call records as well, or None.
         """
 
     def snapshot(self) -> object:

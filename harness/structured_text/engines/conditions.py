@@ -44,8 +44,8 @@ class Condition:
 
     Attributes:
         text: The condition as the user wrote it.
-        paths: The variables that it names.
-        has_before: Whether it contains a `BEFORE(...)`.
+        paths: The variables in the condition.
+        has_before: Whether the condition contains a `BEFORE(...)`.
         before_paths: The variables inside `BEFORE(...)`, in their order.
         before: The values that `mark` saved for these variables; the attribute can be set.
     """
@@ -117,7 +117,7 @@ class _Evaluator:
     Attributes:
         paths: The variables that the condition names.
         then: The variables inside `BEFORE(...)`.
-        names: The names in the generated program for both.
+        names: The names of all these variables in the generated program.
         program: The generated program.
     """
 
@@ -190,7 +190,7 @@ def _built(text: str, dialect: str) -> BuiltinProgram:
 
     The program keeps no values between scans, so several conditions may share it.
     """
-    # imported late, because few runs have conditions
+    # Imported late, because few runs have conditions.
     from structured_text.language.load import load
 
     with tempfile.TemporaryDirectory() as folder:

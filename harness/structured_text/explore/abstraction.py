@@ -430,7 +430,7 @@ def _parts(kind: Type) -> Iterator[tuple[str, Type]]:
         assert isinstance(kind, BlockType)
         kept = ("VAR", "VAR_INPUT", "VAR_OUTPUT")
         for one in kind.variables:
-            # located variables are stored with the globals
+            # Located variables are stored with the globals.
             if one.section in kept and one.address is None:
                 yield one.name.upper(), one.type
 

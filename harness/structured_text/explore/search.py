@@ -253,10 +253,10 @@ class Search(Generic[Choice]):
 
     Args:
         world: The world.
-        every: All choices, by their numbers.
+        every: All choices. The index of a choice is its number.
         seed: Seed for the choice of checked steps.
-        elsewhere: Takes the steps in other processes, and yields them in the order of the states.
-            Default: this process takes them.
+        elsewhere: A function that takes the steps in other processes, and yields them in the order
+            of the states. By default this process takes the steps.
         alone_s: Time at the start for which this process takes the steps in any case [s].
     """
 

@@ -237,7 +237,7 @@ class Body:
         return f"{source}_TO_{target}({self._run(*value)})"
 
     def _standard(self, key: str, given: list[tuple[str, int, int]]) -> str:
-        """Return a standard function in the form of the list."""
+        """Return a call of a standard function in the form that the tool's list gives."""
         form = self._words.functions[key]
         ordered = sorted(given, key=lambda one: _rank(key, one[0])) if given[0][0] else given
         texts = []

@@ -1,4 +1,4 @@
-"""The option `--prefix`: a prefix for the library's names, if a project uses these names itself."""
+"""The option `--prefix`: a prefix for the library's names, if a project has the same names."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ class _Names:
 
     @cached_property
     def keys(self) -> Mapping[str, str]:
-        """Return the prefixes by upper-case name."""
+        """Return the prefix of each name by the name in upper case."""
         return {name.upper(): begin for name, begin in self.prefixes.items()}
 
     @cached_property

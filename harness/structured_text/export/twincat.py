@@ -128,7 +128,7 @@ def _dut(part: Part) -> str:
 
 
 def _object(kind: str, part: Part, declaration: str, body: tuple[str, str] = ("", "")) -> str:
-    """Return the file of an object; `body` contains the parts that only a POU has."""
+    """Return the text of an object's file; `body` contains the parts that only a POU has."""
     return _OBJECT.format(
         kind=kind,
         name=quoteattr(part.name),

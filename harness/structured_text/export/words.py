@@ -56,7 +56,7 @@ class Form:
     """The form of a function or block in a tool.
 
     Attributes:
-        name: Its name; for an operator, its sign.
+        name: Name of the function or block; for an operator, its sign.
         parameters: Names in the tool. A name with `:=` is written in calls; `...` stands for more
             parameters.
     """
@@ -136,7 +136,7 @@ class Words:
     def lacks(self, part: Part, functions: Collection[str]) -> Missing | None:
         """Return the first item in a part that is not on the list, with its replacement, or None.
 
-        `functions` are those of the sources, in upper case.
+        `functions` are the names of the sources' functions, in upper case.
         """
         if isinstance(part.node, s.Configuration):
             return None
@@ -149,7 +149,8 @@ class Words:
         """Yield the position of each item that is not on the list, and what to write instead.
 
         Items that came with the third edition are skipped, because they are reported as constructs
-        beyond the portable subset. `functions` are those of the sources, in upper case.
+        beyond the portable subset. `functions` are the names of the sources' functions, in upper
+        case.
         """
         for what, name, at in _used(node, functions):
             if not self._has(what, name):

@@ -79,8 +79,8 @@ class Farm:
     """The workers for items of work, on this computer or in a cluster.
 
     Args:
-        workers: Number of processes on this computer (default: one per processor); 0: this
-            process.
+        workers: Number of processes on this computer; by default one per processor. 0 stands for
+            this process itself.
         cluster: A cluster that is used instead of this computer.
         console: Console for the progress bar; None for no progress.
     """
@@ -269,7 +269,8 @@ class _Turns:
         self._taken = 0
         self._again: deque[int] = deque()
         self._last_time: deque[int] = deque()
-        #: For each unfinished item: its position in the order of taking, and the item.
+        #: For each unfinished item: its position in the order in which items were taken, and the
+        #: item.
         self._items: dict[int, tuple[int, Any]] = {}
         self._died: dict[int, list[Died]] = {}
         self._under_way: set[int] = set()

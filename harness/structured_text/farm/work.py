@@ -127,7 +127,7 @@ def attempt(do: Callable[[], Any]) -> bytes:
         return pickle.dumps(Done(do()))
     except KeyboardInterrupt:
         raise
-    # also catches SystemExit, which would end the worker or this process
+    # Also catches SystemExit, which would end the worker or this process.
     except BaseException as one:
         error = one if isinstance(one, Exception) else RuntimeError(repr(one))
         if isinstance(error, InputError):

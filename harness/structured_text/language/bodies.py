@@ -104,7 +104,10 @@ class _Statements:
         self.assigned: set[t.Symbol] = set()
 
     def block(self, statements: Iterable[s.Statement | Start]) -> tuple[t.Statement, ...]:
-        """Check a list of statements; report those with an error and leave them out."""
+        """Check a list of statements.
+
+        A statement with an error is reported and left out.
+        """
         result: list[t.Statement] = []
         self._depth += 1
         for statement in statements:

@@ -41,7 +41,7 @@ def name_of(token: Token) -> s.Name:
 
 
 def nodes_of(children: Any, kind: Any) -> tuple[Any, ...]:
-    """Return the children of a syntax class, without tokens and absent options."""
+    """Return the children that are of a syntax class; tokens and absent options are left out."""
     return tuple(child for child in children if isinstance(child, kind))
 
 

@@ -124,7 +124,7 @@ def _replace(file: Path, content: bytes) -> None:
         written.write(content)
     try:
         os.replace(written.name, file)
-    except OSError:  # on Windows, while another process reads the file
+    except OSError:  # fails on Windows while another process reads the file
         os.unlink(written.name)
         raise
 

@@ -206,8 +206,8 @@ def enabling(
 ) -> dict[str, s.Argument]:
     """Return the arguments EN and ENO of a call by their name.
 
-    `own` are the upper-case names of the callee's variables. If EN or ENO is among them, it is an
-    ordinary pin.
+    `own` are the upper-case names of the callee's variables. A declared EN or ENO is an ordinary
+    pin.
 
     Raises:
         InputError: EN is an output (`EN =>`), ENO is an input (`ENO :=`), or one of them is given

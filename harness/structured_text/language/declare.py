@@ -39,7 +39,8 @@ from structured_text.language.values import describe
 
 __all__ = ["Declarations", "Scope"]
 
-#: Portable sections of each kind of POU. `_ALSO` has those that are accepted but not portable.
+#: Portable sections of each kind of POU. `_ALSO` has the sections that are accepted but not
+#: portable.
 _SECTIONS = {
     "FUNCTION": ("VAR", "VAR_INPUT"),
     "FUNCTION_BLOCK": (
@@ -411,7 +412,8 @@ class Declarations(Types):
     def _static(self, symbol: Symbol, where: Declared) -> Symbol:
         """Return the symbol of a variable shared by all instances of its POU.
 
-        It is stored as a global variable, with the name of the POU before its own.
+        Such a variable is stored as a global variable, and the POU's name stands before the
+        variable's name.
         """
         key = f"{where.node.name.key}{_JOINT}{symbol.name.upper()}"
         name = f"{where.node.name.text}{_JOINT}{symbol.name}"

@@ -132,8 +132,8 @@ class Changed:
 def value_text(kind: Type, value: Any) -> str:
     """Return a value in Structured Text: `TRUE`, `16#8020`, `T#1500ms`, `'text'`, a member.
 
-    Of a long array only the first elements are shown. Of a pointer or interface the target is
-    shown.
+    The text of a long array has only the first elements. The text of a pointer or interface is the
+    path of its target.
     """
     if isinstance(kind, ArrayType):
         flat = value

@@ -31,8 +31,8 @@ class _Extent(NamedTuple):
     """The size of a variable of a type.
 
     Attributes:
-        elements: Plain variables, and one more for each array, structure and block; a STRING
-            counts once more for every eight characters.
+        elements: Number of plain variables, plus one for each array, structure and block, and one
+            for every eight characters of a STRING.
         blocks: Instances of function blocks.
         levels: Nesting depth of arrays, structures and blocks.
     """

@@ -16,7 +16,7 @@ from structured_text.language.lexer import KEYWORDS
 
 __all__ = ["LABELS", "corrected", "not_structured_text", "one_for_all"]
 
-#: Words that open a block in SCL only, and words that are followed by a name in double quotes.
+#: Words that open a block in SCL only. The second list has words before a name in double quotes.
 _SCL_ONLY = frozenset(("DATA_BLOCK", "ORGANIZATION_BLOCK"))
 _SCL_QUOTED = frozenset(("FUNCTION_BLOCK", "FUNCTION", "TYPE", *_SCL_ONLY))
 #: Endings of the files of SCL.

@@ -457,7 +457,8 @@ class Functions:
         self._scope.note("a bitwise operation of integers", node.at, detail)
         bits = ELEMENTARY[BITS_OF[common.name]]
         if name == "SHR" and common.name in SIGNED:
-            # SHR of a signed integer fills with the sign. The sign extension to LWORD provides it.
+            # SHR of a signed integer must fill with the sign. A conversion to LWORD extends the
+            # sign.
             if common.name == "LINT":
                 raise self._scope.error("SHR is not defined for LINT", node.at, "use LWORD")
             bits = ELEMENTARY["LWORD"]

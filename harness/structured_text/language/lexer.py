@@ -158,7 +158,7 @@ _INSTEAD = {
     "?": "write IF, or SEL(condition, value if FALSE, value if TRUE)",
     "\\": "remove it",
 }
-#: A number with a unit of time, and a number of C.
+#: Numbers that Structured Text does not have: with a unit of time, and hexadecimal as in C.
 _DURATION = re.compile(r"\d[\d_.]*(?:d|h|m|s|ms|us|ns)\b", re.IGNORECASE)
 _HEXADECIMAL = re.compile(r"0x([0-9a-f]+)\b", re.IGNORECASE)
 

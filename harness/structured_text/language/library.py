@@ -48,9 +48,9 @@ class Names:
 
     @classmethod
     def load(cls, file: Path) -> Names:
-        """Read a file.
+        """Read the properties of a library from a file.
 
-        Raise InputError if it cannot be read, has an unknown key, or a value is not a text.
+        Raise InputError if the file cannot be read, has an unknown key, or a value is not a text.
         """
         table = load_toml(file)
         known = [one.name for one in fields(cls)]

@@ -105,8 +105,8 @@ def configure(registry: Registry, declarations: Declarations) -> Schedule:
 def _uncalled(registry: Registry, declarations: Declarations) -> list[Pou]:
     """Return the program that runs without a CONFIGURATION; none if all are called.
 
-    It is the only program that no other program calls. If there are several, it is PLC_PRG or MAIN,
-    the names in new projects of CODESYS and TwinCAT.
+    The result is the only program that no other program calls. If there are several, the program
+    PLC_PRG or MAIN runs; new projects of CODESYS and TwinCAT have these names.
     """
     programs = [pou for pou in declarations.pous.values() if pou.kind == "PROGRAM"]
     if len(programs) > 1:
@@ -153,7 +153,7 @@ def _configured(declared: Declared, registry: Registry, declarations: Declaratio
         Task(name.text, interval, priority, tuple(members[key]))
         for key, (name, interval, priority) in intervals.items()
     )
-    # A program without a task keeps its own pace beside the tasks: it runs in every scan.
+    # A program without a task does not depend on the tasks: it runs in every scan.
     own_us = [_SCAN_US] if free else []
     tick = math.gcd(*(task.interval_us for task in tasks), *own_us) if tasks else None
     runs = [
@@ -397,7 +397,7 @@ def first_errors(errors: list[InputError], most: int = MOST_MISTAKES) -> list[In
 
 
 def _causes(errors: list[InputError], sources: list[s.Source]) -> list[InputError]:
-    """Return the errors, except those caused by an error in an interface that they name."""
+    """Return the errors, except errors that are caused by an error in an interface they name."""
     spoiled: dict[str, set[int]] = {}
     for error in (*errors, *(error for source in sources for error in source.errors)):
         spoiled.setdefault(error.file or "", set()).add(error.line or 0)

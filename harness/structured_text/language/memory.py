@@ -30,7 +30,7 @@ NAMES = {
     "MEMCMP": ("*PBUF1", "*PBUF2", "N"),
     _RAISE: ("EXCEPTIONCODE",),
 }
-#: Tools that have no such functions.
+#: Dialects of tools that do not have these functions.
 _WITHOUT = ("ax", "logix", "openplc", "tia")
 
 

@@ -35,7 +35,7 @@ class Methods:
     # --- names ---
 
     def this(self, at: s.Position, *, above: bool = False) -> t.This:
-        """Type `THIS^`; with `above` type `SUPER^`, the same instance as its base block.
+        """Type `THIS^`; with `above`, type `SUPER^`: the same instance as a base block.
 
         Raise InputError if there is no instance, or the block has no base.
         """
@@ -108,7 +108,7 @@ class Methods:
         return base, method, final
 
     def _is_plain(self, node: s.Field) -> bool:
-        """Return whether it is a name with a namespace or with a list of globals."""
+        """Return whether a variable is written with a namespace or with a list of globals."""
         base = node.base
         if self._is_space(base) or not isinstance(base, s.Name):
             return self._is_space(base)
@@ -116,7 +116,7 @@ class Methods:
         return self._scope.symbol(base.key) is None and node.name.key in known
 
     def symbol_of_this(self, node: s.Field) -> t.Use | None:
-        """Return the variable of the block in `THIS^.x`; None for anything else."""
+        """Return the variable `x` of the block for `THIS^.x`; None for any other node."""
         pou = self._scope.block
         if not isinstance(node.base, s.This) or pou is None:
             return None
@@ -134,7 +134,7 @@ class Methods:
     # --- namespaces ---
 
     def _is_space(self, node: s.Variable | s.Invoke) -> bool:
-        """Return whether it is the name of a namespace or library, not of a variable."""
+        """Return whether a node is the name of a namespace or library, and not a variable."""
         parts: list[str] = []
         while isinstance(node, s.Field):
             parts.append(node.name.key)
@@ -147,7 +147,8 @@ class Methods:
             return False
         here = self._scope.block
         if here is not None and here.kind == "PROGRAM" and node.key == here.name.upper():
-            return not parts  # inside a program, its name followed by a dot means its own variables
+            # Inside a program, the program's name before a dot refers to its own variables.
+            return not parts
         name = ".".join([node.key, *reversed(parts)])
         return name in self._scope.registry.namespaces
 

@@ -20,10 +20,11 @@ class Objects:
 
     Attributes:
         blocks: The function blocks and programs.
-        bases: The bases of each block and interface: those it extends and implements.
+        bases: The bases of each block and interface: what it extends and implements.
         extended: The block that a block extends, if there is one.
-        own: The methods of each; a property `P` is `P.GET` and `P.SET`.
-        all: The methods of each, including inherited ones.
+        own: The methods that each block and interface declares; a property `P` is `P.GET` and
+            `P.SET`.
+        all: The methods of each block and interface, including inherited methods.
     """
 
     def __init__(self) -> None:

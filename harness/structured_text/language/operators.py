@@ -249,8 +249,8 @@ class Operators:
     ) -> t.Expression:
         """Return a DINT in the type that the context requires.
 
-        `short` is the same calculation in the type of its operands. It decides whether the context
-        accepts the result.
+        `short` is the same calculation in the type of its operands. The type of `short` decides
+        whether the context accepts the result.
         """
         kind = short.type
         assert isinstance(kind, ElementaryType)

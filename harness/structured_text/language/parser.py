@@ -53,7 +53,7 @@ __all__ = [
 SHELL = "_VARIABLES"
 #: Marker among the access words of a block that extends two blocks.
 TWO_BASES = "EXTENDS TWO"
-#: Word among the access words of an ACTION, which is a method without variables of its own.
+#: Word among the access words of an ACTION. An ACTION is a method without variables.
 ACTION = "ACTION"
 #: Word among the access words of a CLASS, which has no body.
 CLASS = "CLASS"
@@ -89,13 +89,13 @@ class _Detailed:
     items: tuple[tuple[s.Expression, s.Expression | None], ...]
 
     def of_type(self, builder: _Builder) -> s.EnumSpec:
-        """Return the meaning of the brackets in a TYPE: an enumeration with a base type."""
+        """Return the enumeration with a base type that the parenthesis means in a TYPE."""
         members = [(item, value) for item, value in self.items if isinstance(item, s.Name)]
         base = s.NamedSpec(self.name, self.name.at)
         return builder.enumeration(members, base, self.name.at)
 
     def of_variable(self) -> s.NamedSpec:
-        """Return the meaning of the brackets outside a TYPE: a block with initial arguments."""
+        """Return the block with initial arguments that the parenthesis means outside a TYPE."""
         arguments = tuple(
             s.Argument(item, value, False, item.at)
             if value is not None and isinstance(item, s.Name)
@@ -107,7 +107,7 @@ class _Detailed:
 
 @v_args(inline=True)
 class _Builder(Statements):
-    """The grammar rules of declarations, in addition to those of statements."""
+    """The grammar rules of declarations; the base class has the rules of statements."""
 
     # --- declarations ---
 
@@ -292,7 +292,7 @@ class _Builder(Statements):
         return self.block(word, words, name, None, rest[place], *others)
 
     def _after_generics(self, rest: tuple[Any, ...], word: str) -> int:
-        """Return the index behind the first sections, which must be those of generic constants."""
+        """Return the index behind the first sections, all of which must be VAR_GENERIC."""
         place = next(k for k, one in enumerate(rest) if not isinstance(one, s.Section))
         for section in rest[:place]:
             if section.kind != "VAR_GENERIC":

@@ -153,7 +153,10 @@ _Found = Iterator[tuple[s.Position, str]]
 
 
 def _library(source: s.Source, prefix: str) -> _Found:
-    """Yield violations of: one declaration per file, with the file's name and the prefix."""
+    """Yield violations of the library's rules: one declaration per file, named after the file.
+
+    The names of its types begin with the prefix.
+    """
     for extra in source.declarations[1:]:
         yield extra.at, "a second declaration; the library has one per file"
     for one in source.declarations[:1]:

@@ -1,8 +1,8 @@
 """The operators `__POUNAME()` and `__POSITION()`: the name and the position of a POU as a text.
 
 Both are operators of CODESYS and TwinCAT. Their results are known when a source is read, so each
-call becomes a literal. Inside a GET or SET the name of the property and of the accessor follow the
-block: `Axis.Speed.Get`.
+call becomes a literal. Inside a GET or SET, the text is the names of block, property and accessor:
+`Axis.Speed.Get`.
 """
 
 from __future__ import annotations

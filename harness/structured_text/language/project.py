@@ -52,13 +52,13 @@ class Project:
     """All checked declarations of the sources.
 
     Attributes:
-        files: The files, each after those it needs (as matiec wants them).
-        units: The declarations, each after those it needs.
+        files: The files, each after the files that it needs (as matiec requires).
+        units: The declarations, each after the declarations that it needs.
         types: Structures, arrays, enumerations and aliases by upper-case name.
         blocks: Function blocks and programs of the sources, and the standard blocks they use,
             by upper-case name.
         pous: Functions, blocks and programs with their checked bodies, by upper-case name, each
-            after those it calls.
+            after those that it calls.
         initial: Complete initial value of every type in `types`, by upper-case name.
         instances: Program instances by name in order of declaration. Sources without a
             CONFIGURATION and with exactly one PROGRAM have one, named `Main`.

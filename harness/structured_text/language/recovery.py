@@ -82,7 +82,7 @@ _WITH_END = ("FUNCTION_BLOCK", "FUNCTION", "PROGRAM", "TYPE")
 _MEMBERS = ("METHOD", "PROPERTY")
 #: Words that end a condition or the head of a statement.
 _HEAD_ENDS = ("THEN", "DO", "OF")
-#: Words of a FOR in other languages: the token and what to write.
+#: Words of a FOR in other languages, each with the right token and the text to write.
 _OF_FOR = {"STEP": "BY", "UNTIL": "TO"}
 #: Tokens that continue a name in a statement, and not in a declaration.
 _OF_STATEMENTS = ("ASSIGN", "LPAR", "DOT", "LSQB", "CARET")
@@ -358,7 +358,7 @@ class _Run:
         return self._error(text, token, f"write {word}")
 
     def _ends_pou(self, token: Token, at: int) -> bool:
-        """Return whether a token ends a POU or a part of one, or begins the next POU."""
+        """Return whether a token ends a POU or a member of a POU, or begins the next POU."""
         if token.type in _WITH_END and at < len(self._found):
             return at > 0 and self._found[at - 1].line != token.line
         return token.type in _DECLARATION_ENDS or token.type in ("$END", *_PART_ENDS)

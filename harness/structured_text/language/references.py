@@ -498,7 +498,7 @@ class References:
 def _target(kind: ReferenceType) -> Type:
     """Return the type that a pointer leads to.
 
-    Raise InputError if its declaration has an error, which has been reported.
+    Raise ConsequenceError if the declaration of this type has an error, which has been reported.
     """
     if kind.target is None:
         raise ConsequenceError("the type of a pointer's target has an error")

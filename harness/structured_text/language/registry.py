@@ -53,7 +53,7 @@ class Declared:
 
     @property
     def is_system(self) -> bool:
-        """Return whether the tool declares it, and not the user: it belongs to no file."""
+        """Return whether the tool has this declaration, and not the user; it belongs to no file."""
         return str(self.file) == _LIBRARIES[0]
 
     def error(self, message: str, at: s.Position, hint: str = "") -> InputError:
@@ -153,7 +153,7 @@ class Registry:
             self.pous[key] = declared
 
     def _overloads(self, declared: Declared, earlier: Declared) -> bool:
-        """Add a function with the name of another, if its inputs differ; return whether they do."""
+        """Add a function with the name of another one; return False if that is not allowed."""
         node, other = declared.node, earlier.node
         if self.dialect.name != "ax" or not isinstance(node, s.Pou) or not isinstance(other, s.Pou):
             return False
@@ -205,7 +205,7 @@ class Registry:
         return bool(key)
 
     def is_reachable(self, name: s.Name) -> bool:
-        """Return whether a name has no namespace, or one of the sources or of a known library.
+        """Return whether a name has no namespace, or one that the program or a library declares.
 
         A library may have its own libraries: `Library.Inner.Name`.
         """
@@ -357,7 +357,7 @@ def _spans(size: int) -> Iterator[tuple[int, int]]:
 def base_name(node: s.Pou | s.TypeDecl) -> str:
     """Return the upper-case name of the block or structure that a declaration extends.
 
-    If the declaration extends another of the same name, the result is the name of a missing one.
+    If the base has the name of the declaration itself, the result is a name that does not exist.
     """
     assert node.extends is not None
     key = last_name(node.extends)

@@ -461,7 +461,7 @@ class Types:
                 return self._global_constant(key)
             return self._of_block(node) or self._pending(node.name.key)
         if isinstance(node, s.Field) and isinstance(node.base, s.Field):
-            return self.lookup(replace(node, base=node.base.name))  # after a namespace
+            return self.lookup(replace(node, base=node.base.name))  # the first name is a namespace
         if isinstance(node, s.Call):
             return self._called(node)
         if not isinstance(node, s.Name):
@@ -612,15 +612,16 @@ class Types:
     ) -> Any:
         """Return a complete initial value.
 
-        It is a scalar, a flat list, or a dict by declared field name. For a block it is a dict of
-        the given variables, or None.
+        The value of a scalar is a scalar, of an array a flat list, of a structure a dict by
+        declared field name. The value of a block is a dict of the given variables, or None.
 
         Args:
             node: The initial value as written.
             kind: Type of the variable.
-            where: Its declaration, for messages.
+            where: The declaration of the variable, for messages.
             default: The value of parts that are not given.
-            later: Receives the parts that are not constant. If it is None, they are errors.
+            later: Receives the parts that are not constant. If `later` is None, such parts are
+                errors.
 
         Raises:
             InputError: The value is not constant, or does not have the type.

@@ -249,8 +249,8 @@ def typed_literal(text: str) -> tuple[ElementaryType, Scalar]:
 def within_real(value: float) -> float | None:
     """Return a number as a REAL; None if it is too large.
 
-    Slightly larger numbers become the largest REAL: tools write it with 9 digits as
-    3.40282347E+38, which is a little more.
+    A number that is slightly larger becomes the largest REAL, because tools write the largest REAL
+    as 3.40282347E+38, which is a little more.
     """
     if not abs(value) < _REAL_INFINITE:
         return None

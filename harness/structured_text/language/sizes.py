@@ -35,7 +35,7 @@ def size_of(kind: Type) -> int | None:
     """Return the bytes of a variable of the type.
 
     The result is None for blocks, because each tool lays them out in its own way. Each field of a
-    structure lies at a multiple of its own alignment, which is its size up to 8.
+    structure lies at a multiple of its alignment. The alignment of a field is its size, at most 8.
     """
     found = _layout(kind)
     return None if found is None else found[0]
@@ -44,9 +44,9 @@ def size_of(kind: Type) -> int | None:
 def block_size(kind: Type) -> int | None:
     """Return the bytes of a block, or of a variable with blocks inside.
 
-    Each tool lays out blocks in its own way. Here a block is a structure that begins with a pointer
-    to the methods and continues with the variables, those of the base block first. A VAR_IN_OUT is
-    a pointer. The result is None if a part has no size.
+    Each tool lays out blocks in its own way. Here a block is a structure: a pointer to the methods,
+    the variables of the base block, and the block's own variables. A VAR_IN_OUT is a pointer. The
+    result is None if a part has no size.
     """
     found = _layout(_as_structure(kind))
     return None if found is None else found[0]

@@ -36,7 +36,8 @@ _MARKS = {
     b"\xfe\xff": "UTF-16",
 }
 
-#: This number is added to the line of text that is not in the extract's file, but in its `project`.
+#: Added to the number of a line of text that comes not from the extract's file, but from its
+#: `project`.
 ELSEWHERE = 10_000_000
 
 
@@ -62,11 +63,11 @@ class Unread:
     Its POU is declared with an empty body, so that the rest of the sources can be checked.
 
     Attributes:
-        name: Its POU, or `Block.Method` for a part of a POU.
+        name: Name of the POU; `Block.Method` for a part of a POU.
         says: The reason, as the predicate of a message.
         language: The short name of its language, for lists.
-        file: Its file.
-        at: Its line in that file.
+        file: The file with the body.
+        at: The line of the body in that file.
     """
 
     name: str

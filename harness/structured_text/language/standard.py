@@ -166,7 +166,8 @@ _CONVERSION = re.compile(r"([A-Z_]+?)_TO_([A-Z_]+)")
 #: treated like TIME, DATE, DT and TOD.
 _MOMENT_PAIRS = (
     *(("DT", "DATE"), ("DT", "TOD"), ("DATE", "DT"), ("TIME", "TOD"), ("TOD", "TIME")),
-    *(("TIME", "DT"), ("DT", "TIME"), ("TIME", "DATE"), ("DATE", "TIME")),  # since 1970-01-01
+    # As time since 1970-01-01.
+    *(("TIME", "DT"), ("DT", "TIME"), ("TIME", "DATE"), ("DATE", "TIME")),
 )
 
 
@@ -199,7 +200,7 @@ def convertible(source: str, target: str) -> bool:
 
 
 def overload(name: str) -> str:
-    """Return the target of `TO_INT` and the like, which take any type; else empty."""
+    """Return the target type of a conversion from any type, such as `TO_INT`; else empty."""
     target = name.removeprefix("TO_")
     return ELEMENTARY[target].name if name.startswith("TO_") and target in ELEMENTARY else ""
 

@@ -1,4 +1,4 @@
-"""Initial values at the start of a program or call: pointers, arguments, calculated values."""
+"""Initial values that are assigned when a program or call starts, for example pointers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _NO_EXPRESSION = (s.ArrayInit, s.StructInit, s.Sequence)
 
 @dataclass(frozen=True)
 class Start:
-    """A block with arguments for its `INIT`."""
+    """A block whose declaration has arguments for its `INIT`."""
 
     name: s.Name
     arguments: tuple[s.Argument, ...]
@@ -32,7 +32,7 @@ class Start:
 def starting(sections: Iterable[s.Section], scope: Scope) -> Iterator[s.Assign | s.Latch | Start]:
     """Yield the initial values of a POU that are not constant, as statements."""
     for section in sections:
-        # A VAR_INST starts with its block: see `instance_sections`.
+        # A VAR_INST gets its value together with its block: see `instance_sections`.
         if section.kind in ("VAR_IN_OUT", "VAR_EXTERNAL", "VAR_INST"):
             continue
         for variable in section.variables:
@@ -68,9 +68,9 @@ def _has_arguments(variable: s.VarDecl) -> bool:
 
 
 def instance_sections(node: s.Pou) -> Iterator[s.Section]:
-    """Yield the VAR_INST of methods with a start of their own, as variables of their block.
+    """Yield the VAR_INST with an initial value in methods, as variables of the block.
 
-    Such a variable is part of each instance, and starts with it.
+    Such a variable is part of each instance of the block, and starts with the instance.
     """
     for member in node.members:
         accessors = (member.getter, member.setter) if isinstance(member, s.Property) else (member,)
@@ -122,9 +122,10 @@ def start_of(
     expressions: Checking,
     shown: str = "",
 ) -> list[t.Evaluate]:
-    """Type the calls of the `INIT` of an instance with these arguments, the base's first.
+    """Type the calls of the `INIT` methods of an instance, of the base block first.
 
-    `shown` is the name of the variable, for messages. Raise InputError as `start_calls` does.
+    `shown` is the name of the variable, for messages. Raise InputError in the same cases as
+    `start_calls`.
     """
     scope = expressions.scope
     if not isinstance(kind, BlockType):

@@ -1,6 +1,7 @@
 """The namespace `__SYSTEM` of CODESYS and TwinCAT: ANY, its classes and IQueryInterface.
 
-The declarations are Structured Text. If a program names them, they are used like its own.
+The declarations are Structured Text. If a program uses one of them, it is added to the program's
+declarations.
 """
 
 from __future__ import annotations
@@ -155,7 +156,7 @@ _NAMED = ("TYPE_CLASS", ANY_TYPE, "PVOID", "EXCEPTIONCODE")
 
 @lru_cache(maxsize=1)
 def _declared() -> dict[str, Declared]:
-    from structured_text.language.parser import read_text  # imports the grammar
+    from structured_text.language.parser import read_text  # imported late, as it loads the grammar
 
     source = read_text(_TEXT, Path(SPACE))
     found: dict[str, Declared] = {}

@@ -285,7 +285,7 @@ class Same:
 
 @dataclass(frozen=True)
 class Generic:
-    """The argument of an input that is ANY: pointer to a variable, its class and size [bytes]."""
+    """The argument for an input that is ANY: pointer, class and size [bytes] of its target."""
 
     pointer: Expression
     number: int

@@ -197,7 +197,7 @@ def members(kind: Type) -> tuple[tuple[str, Type], ...]:
 
 
 def inside(kind: Type) -> Iterator[Type]:
-    """Yield a type and the types of its elements and fields, but not those of a block's variables.
+    """Yield a type and the types of its elements and fields, but not of a block's variables.
 
     A type that several fields have is yielded for each of them.
     """

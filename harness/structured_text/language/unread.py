@@ -15,7 +15,7 @@ __all__ = ["not_executed", "refusal", "unread_bodies"]
 
 
 def unread_bodies(paths: Iterable[object]) -> list[Unread]:
-    """Return the bodies in other languages of some sources."""
+    """Return the bodies of some sources that are in other languages."""
     return [body for path in paths for body in getattr(path, "unread", ())]
 
 
@@ -90,7 +90,10 @@ def _kinds(kind: Type, project: Project) -> list[str]:
 
 
 def _known(project: Project, keys: Iterable[str]) -> Iterator[t.Pou]:
-    """Yield the POUs of the sources; standard blocks have none."""
+    """Yield the POUs with these names.
+
+    Standard blocks have no POU in the sources.
+    """
     for key in keys:
         if key in project.pous:
             yield project.pous[key]

@@ -43,7 +43,7 @@ _PLAIN = (
 )
 #: Names of declarations, callees and members. Such a name may also be a `Variable`.
 _NAMES = ("Name", "Name | None", "tuple[Name, ...]", "tuple[Namespace, ...]")
-#: A statement of one of the trees.
+#: A statement of the parsed or of the checked tree.
 _One = TypeVar("_One", s.Statement, t.Statement)
 
 

@@ -39,7 +39,7 @@ class Resolving(Protocol):
 
 
 def type_of(types: Resolving, node: s.Expression | s.Call | s.Invoke) -> Type | None:
-    """Return the type that a path names: of a variable, a part of it, or a type; else None."""
+    """Return the type of the variable, the part or the type that a path names, or None."""
     if isinstance(node, s.Name):
         symbol = types.local.get(node.key) or types.globals.get(node.key)
         if symbol is not None:

@@ -73,7 +73,7 @@ class Judging:
     """The verdict on mutants by saved outcomes, and by running their tests.
 
     Attributes:
-        until: Start no mutant after this time of the monotonic clock [s]; None: run all.
+        until: Start no mutant after this time of the monotonic clock [s]; None for no limit.
     """
 
     console: Console
@@ -87,7 +87,7 @@ class Judging:
         judges: Judges,
         run: Callable[[Iterable[MutantTask]], Iterator[Outcome]],
     ) -> list[Judged]:
-        """Return the verdicts on the mutants in their order, without those that were not run.
+        """Return the verdicts on the mutants, in order; mutants that were not run are missing.
 
         A saved outcome is used if the tests have not changed since. All other mutants are run.
         `run` yields each outcome as soon as it is known.

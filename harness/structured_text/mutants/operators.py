@@ -67,7 +67,7 @@ _NOTHING = ("FALSE", "0", "0.0", "''", "BYTE#16#00", "WORD#16#0000", "DWORD#16#0
 def changes(body: Body) -> Iterator[Change]:
     """Yield every change that the operators can make in a POU, in order.
 
-    The changes need not be type-correct; the checker removes those that are not.
+    The changes need not be type-correct, because the checker removes changes with errors.
     """
     for place in places(body):
         for operator in _OPERATORS:
@@ -235,7 +235,7 @@ def _swapped(place: Place, body: Body) -> Iterator[Change]:
 def _twin(function: str, body: Body) -> str | None:
     """Return the function that is easily confused with this one, or None.
 
-    Examples are SHR for SHL, and the function for the high word for the function for the low word.
+    Examples are SHR instead of SHL, and the function for the high word instead of the low word.
     """
     other = _TWIN.sub(lambda found: _TWINS[found[0]], function)
     if function in ("SHL", "SHR"):

@@ -142,8 +142,8 @@ class _Copies:
     """A runner for mutants in copies of a process that has collected the tests.
 
     If a copy does not end, or ends without an answer, the mutant runs again in its own process. The
-    first process connects to a socket, reads the path of an order from each line, and answers with
-    a line when the copy for that order has ended.
+    process that collects the tests connects to a socket and reads lines with paths of orders. It
+    answers with a line when the copy for an order has ended.
     """
 
     def __init__(self, judge: Judge) -> None:

@@ -61,7 +61,7 @@ class Tests:
         return tuple(nodes)
 
     def ordered(self, mutant: Mutant, nodes: Sequence[str]) -> list[str]:
-        """Return the tests, ordered so that those most likely to fail soon come first.
+        """Return the tests in an order in which a failure is expected as soon as possible.
 
         A test that has killed mutants of the same POU in little time comes first, then the fast
         tests.

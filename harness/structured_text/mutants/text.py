@@ -26,7 +26,10 @@ class Span:
 
 @dataclass(frozen=True)
 class Edit:
-    """A replacement of a span by a text; an insertion if the span is empty."""
+    """A replacement of a span by a text.
+
+    If the span is empty, the text is inserted.
+    """
 
     span: Span
     text: str

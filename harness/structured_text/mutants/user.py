@@ -84,7 +84,7 @@ class UserMutants:
         return Tests(self._run.folder, root, ran, said["seconds"], said["listed"], own)
 
     def tasks(self, tests: Tests) -> tuple[list[MutantTask], list[Mutant]]:
-        """Return the mutants in the order in which they are run, and those that no test executes.
+        """Return the mutants in the order in which they are run, and mutants that no test executes.
 
         The order is the same in each run. If the time limit ends a run early, all files and all
         kinds of mistakes have had their share.

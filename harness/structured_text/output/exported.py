@@ -39,7 +39,7 @@ _Records = dict[Path, dict[str, str]]
 
 def release() -> str:
     """Return the version of this package; 0 for a copy that is not installed."""
-    # imported late, because it is slow and rarely needed
+    # Imported late, because it is slow and rarely needed.
     from importlib.metadata import PackageNotFoundError, version
 
     try:

@@ -132,7 +132,7 @@ class OutputFile:
         self._made: list[Path] = []
         self._place = self._written = Path(os.path.realpath(path))
         self._new = new
-        # opening a file with a name that is too long reports this error
+        # Opening a file with a name that is too long reports this error.
         there = os.path.exists(self._place)
         regular = os.path.isfile(self._place) or not there
         self._open, self._made_file = True, False

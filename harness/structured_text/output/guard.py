@@ -33,7 +33,7 @@ def _main(parent: int, command: list[str]) -> NoReturn:
 def _run(parent: int, command: list[str]) -> None:
     """Run the program until the parent ends, then terminate it."""
     os.set_inheritable(parent, False)
-    # the guard ignores these signals, so that only the program handles them
+    # The guard ignores these signals, so that only the program handles them.
     for number in _SIGNALS:
         signal.signal(number, signal.SIG_IGN)
     ended, waking = os.pipe()

@@ -38,9 +38,9 @@ class Kind:
     """A kind of file.
 
     Attributes:
-        name: Its name in messages.
+        name: Name of the kind in messages.
         most_bytes: Maximum size; None for files that are read piece by piece.
-        hint: Hint for a file that is larger.
+        hint: Advice for a user with a larger file.
     """
 
     name: str
@@ -58,10 +58,10 @@ TABLE = Kind("a TOML file", 16 * _MEGABYTE, "divide it, or leave out what is not
 #: gigabytes.
 TRACE = Kind("a trace", None)
 CAPTURE = Kind("a capture", None)
-#: Recordings of failed tests, results of campaigns, reports of earlier runs.
+#: Recordings of failed tests, results of campaigns and reports of earlier runs.
 OTHER = Kind("a file", 512 * _MEGABYTE, "name another file")
 
-#: Characters, and tokens, of all sources of a program together.
+#: Greatest number of characters, and of tokens, in all sources of a program together.
 MOST_CHARACTERS = 32 * _MEGABYTE
 MOST_TOKENS = 2_000_000
 #: Bytes of one line of a trace or recording.

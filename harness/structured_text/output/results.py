@@ -82,7 +82,7 @@ class Results:
             if entry is not None and is_whole(entry):
                 self._known[entry["key"]] = entry
                 taken.append(line + b"\n")
-            # a process that was killed may have left an incomplete last line
+            # A process that was killed may have left an incomplete last line.
             elif number < len(lines):
                 damaged += 1
         if damaged:

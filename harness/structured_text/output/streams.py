@@ -15,7 +15,7 @@ __all__ = ["discard_output", "prepare"]
 
 
 class _Output(io.FileIO):
-    """The file below standard output."""
+    """The raw file below the text stream of standard output."""
 
     def write(self, data: bytes | memoryview) -> int | None:  # type: ignore[override]
         """Write data; raise UnreadError or OutputError if the write to stdout fails."""
@@ -28,7 +28,10 @@ class _Output(io.FileIO):
 
 
 class _Errors(io.FileIO):
-    """The file below standard error; it ignores errors, since no stream could report them."""
+    """The raw file below standard error.
+
+    It ignores errors, because no stream could report them.
+    """
 
     def write(self, data: bytes | memoryview) -> int | None:  # type: ignore[override]
         """Write if possible, else ignore the data."""

@@ -171,7 +171,7 @@ def settings_root() -> Path:
 def told_to_end(tell: Callable[[], object]) -> Iterator[None]:
     """Call `tell` in the main thread on Ctrl-C, Ctrl-Break, SIGTERM or SIGHUP."""
     numbers = [*_ENDS]
-    # nohup has set this signal to be ignored
+    # The signal stays ignored under nohup.
     if sys.platform != "win32" and signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
         numbers.append(signal.SIGHUP)
     before = [(number, signal.signal(number, lambda *_: tell())) for number in numbers]

@@ -40,7 +40,7 @@ def is_project(file: Path) -> bool:
     """Return whether a file is read as a project, and not as Structured Text.
 
     Raises:
-        InputError: The format is closed; the error names an alternative.
+        InputError: The format cannot be read; the error names an alternative.
     """
     suffix = file.suffix.lower()
     hint = _CLOSED.get(re.sub(r"\d+$", "", suffix), "")

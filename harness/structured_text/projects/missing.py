@@ -24,7 +24,7 @@ _SAID = re.compile(
     r"|(?P<base>[\w.]+) is not a (?:function block|structure) of these sources$"
     r"|(?P<variable>\w+) is not declared$"
 )
-#: Names that the tools of the libraries know without a library.
+#: Names that are built into the tools, so that no library is missing for them.
 _BUILT_IN = ("ANY", "BIT", "FAILED", "HRESULT", "PVOID", "SUCCEEDED", "__SYSTEM", "__UXINT")
 #: Words for a message if many libraries may have a missing name.
 _OTHERS = "libraries that the project refers to"

@@ -102,7 +102,7 @@ class Piece:
 
     @property
     def is_action(self) -> bool:
-        """Return whether it is an action of a block or program."""
+        """Return whether the piece is an action of a block or program."""
         return bool(self.head) and self.head[0].text.startswith("ACTION ")
 
 
@@ -111,8 +111,8 @@ class Unit:
     """A declaration of a project.
 
     Attributes:
-        kind: Its first word: TYPE, FUNCTION_BLOCK, VAR_GLOBAL, CONFIGURATION ...
-        piece: Its name and lines.
+        kind: First word of the declaration: TYPE, FUNCTION_BLOCK, VAR_GLOBAL, CONFIGURATION ...
+        piece: Name and lines of the declaration.
     """
 
     kind: str

@@ -41,7 +41,7 @@ def needed(program: Iterable[Path], library: Sequence[Path]) -> list[Path]:
     own = list(program)
     files = [*own, *library]
     key = cache.sources_key(files)
-    # the same files may be split into program and library in another way
+    # The same files may be split into program and library in another way.
     key = key and f"{key}-{len(own)}"
     return cache.made_of("needed", key, files, lambda: _needed(own, library))
 
@@ -71,7 +71,7 @@ def declared_names(file: Path) -> frozenset[str]:
 
 @dataclass(frozen=True)
 class _File:
-    """The names in a file, in upper case, without those in comments and string literals.
+    """The names in a file, in upper case, without names in comments and string literals.
 
     `declared` is empty if the file declares no name, or if it declares global variables or a
     configuration.

@@ -54,8 +54,8 @@ _QUALIFIERS = {
 _PLAIN = "InterfaceAsPlainText"
 #: A part of the names under which CODESYS adds elements to the format.
 _CODESYS = "3s-software.com"
-#: Words in the header of a file, with the dialect of the tool. The words of TwinCAT are compared
-#: before those of CODESYS.
+#: Words in the header of a file, with the dialect of the tool. The words are compared in this
+#: order, those of TwinCAT before those of CODESYS.
 _TOOLS = {
     "twincat": "twincat",
     "beckhoff": "twincat",

@@ -1,7 +1,9 @@
-"""The devices in an export of CODESYS: one of them is read at a time.
+"""The devices in an export of CODESYS.
+
+Only one device is read at a time.
 
 A device is a `configuration`, an application is a `resource` in it, or in the additions to the
-project. Each has its own programs, lists and tasks.
+project. Each application has its own programs, lists and tasks.
 """
 
 from __future__ import annotations

@@ -222,7 +222,7 @@ class _Reader:
         return InputError(message, file=self._file, line=self._line(token), hint=hint)
 
     def _find(self, word: str, first: int, end: int) -> int:
-        """Return the index of the first token with this word from `first` on, or `end`."""
+        """Return the index of the first token with this word from `first` on; else `end`."""
         return next((k for k in range(first, end) if self._at(k).word == word), end)
 
     def _at(self, place: int) -> _Token:

@@ -217,7 +217,7 @@ def named_files(program: Files) -> list[Path]:
 
 
 def not_declared(library: Sequence[Path], declared: frozenset[str]) -> list[Path]:
-    """Return the library files without those that declare a name of the project."""
+    """Return the library files that declare no name of the project."""
     if not declared:
         return list(library)
     return [file for file in library if not declared_names(file) & declared]

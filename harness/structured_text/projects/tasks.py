@@ -39,10 +39,10 @@ class ToolTask:
 
     Attributes:
         name: Name of the task in the tool; empty for programs that run in every scan.
-        interval_us: Its interval [µs]; 0 if something else starts it.
-        priority: Its priority, the lowest number first; None if the file has none.
+        interval_us: Interval of the task [µs]; 0 if something else starts the task.
+        priority: Priority of the task, the lowest number first; None if the file has none.
         programs: Names of instances and of their programs.
-        at: Its line in that file.
+        at: Line of the task in its file.
         start: EDGE, LEVEL, FREE or UNKNOWN; empty for an interval.
         event: The variable, or the name of the event; empty if the file has none.
     """
@@ -77,8 +77,8 @@ def by_event(tasks: Sequence[ToolTask]) -> tuple[list[ToolTask], Project]:
     in every scan.
 
     Returns:
-        The tasks without those that an unknown event starts, and a program for each variable, with
-        the notes.
+        The remaining tasks, and a project with a program for each variable and the notes. Tasks
+        that an unknown event starts are left out.
     """
     found: list[ToolTask] = []
     units: list[Unit] = []

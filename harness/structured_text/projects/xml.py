@@ -136,7 +136,7 @@ def read_xml(file: Path) -> Element:
 
 
 def _as_utf8(content: bytes, name: str, file: Path) -> bytes:
-    """Return the content in UTF-8: expat itself reads only single-byte encodings and Unicode.
+    """Return the content in UTF-8, because expat itself reads few multi-byte encodings.
 
     Raise InputError if the encoding is unknown, or the content is not in this encoding.
     """

@@ -500,7 +500,7 @@ class _Ends:
             return True
         down = -int(node.step.value) if isinstance(node.step, t.Constant) else 0
         kind, more = node.counter.type, True
-        # an unsigned counter cannot go below 0, so the loop ends
+        # An unsigned counter cannot go below 0, so the loop ends.
         if down > 0 and INT_RANGE[type_name(kind)][0] == 0:
             counter = self._machine.expressions.exact(node.counter)
             more = values.compare(">=", counter, down, kind)

@@ -39,8 +39,8 @@ class Operation:
     """An arithmetic operation that was run, with its position in the source.
 
     Attributes:
-        pou: The POU that contains it.
-        line: The line where its statement begins.
+        pou: The POU with the operation.
+        line: First line of the statement with the operation.
         reached: The condition under which the operation is run.
         leaves: A function that returns the condition that the result leaves its type, for a range
             of TIME. The term is created only on request.

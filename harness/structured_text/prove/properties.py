@@ -1,4 +1,4 @@
-"""The properties that are proved of a user's program, and the conditions that break them."""
+"""The properties of a user's program that are proved, and the conditions that break them."""
 
 from __future__ import annotations
 

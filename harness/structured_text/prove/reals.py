@@ -48,7 +48,7 @@ class Real:
     Attributes:
         value: A Python float if it is known. Otherwise a REAL is its pattern, a bit-vector of 32
             bits; an LREAL, or a REAL with double precision, is a double-precision term.
-        double: Whether it is an LREAL, or a REAL that is not rounded yet.
+        double: Whether the number is an LREAL, or a REAL that is not rounded yet.
         halved: +1 if the value is a pattern that is still to be doubled, -1 if it is still to be
             halved, else 0.
     """

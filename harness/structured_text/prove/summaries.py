@@ -16,7 +16,7 @@ from structured_text.prove.values import TIME_BITS
 
 __all__ = ["Summaries", "literals", "one_of", "summaries"]
 
-#: Largest result of such a function: 20 days in milliseconds.
+#: Largest number of milliseconds that a summarized function may count: 20 days.
 _LONGEST_MS = 1_728_000_000
 #: Greatest number of durations for which the function is run one by one.
 _MOST = 32

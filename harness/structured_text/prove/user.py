@@ -59,7 +59,7 @@ class Settings:
     """The settings of a proof.
 
     Attributes:
-        scan_us: Scan period of a run that is searched for [us].
+        scan_us: Scan period of the runs in a search [us].
         limit_s: Time limit for each property [s].
         out: Folder for stimulus files and charts.
         overflow: Whether arithmetic that may leave its type counts as a property like the others.

@@ -39,7 +39,7 @@ def start(config: pytest.Config, order_file: Path) -> None:
     """Execute an order in this run of pytest."""
     order = Order.read(order_file)
     _place_outputs(config, order)
-    # no worker processes of xdist: one process must see all tests
+    # No worker processes of xdist: one process must see all tests.
     if hasattr(config.option, "numprocesses"):
         config.option.numprocesses, config.option.dist, config.option.tx = None, "no", []
     # Import by name, since the package has a function of the same name.

@@ -144,7 +144,7 @@ class Moment(_Scalar):
 
 @dataclass(frozen=True)
 class Text(_Scalar):
-    """The layout of a text and the 0 behind it; `width` is 1 or 2 bytes per character.
+    """The layout of a text with a 0 at its end; `width` is 1 or 2 bytes per character.
 
     Characters behind the first 0 remain part of the value, until the text is assigned as a whole.
     """

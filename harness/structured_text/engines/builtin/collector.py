@@ -121,14 +121,14 @@ class TextBranch(NamedTuple):
 
 @dataclass(frozen=True)
 class CountedText:
-    """A program that is not Structured Text, such as that of a device; its interpreter counts.
+    """A program that is not Structured Text, such as a device's program; its interpreter counts.
 
     Attributes:
         file: Absolute path of the file.
         hash: A hash of the file's content.
         name: Name of the program.
-        line: Its first line in the file.
-        lines: Its text by line number.
+        line: First line of the program in the file.
+        lines: The lines of the program, by line number.
         reasons: The reasons why lines are unreachable, by line number.
         statements: Line and counter of each statement.
         counters: Number of executions; the interpreter increases them.
@@ -187,8 +187,8 @@ class Collector:
         """Return the counters of a program in another language; None if it is not counted.
 
         Args:
-            path: Its file.
-            name: Its name.
+            path: The file of the program.
+            name: The name of the program.
             made: A function that returns the other fields of CountedText, except for the hash. It
                 is called once for each content of the file.
         """

@@ -160,7 +160,7 @@ class Plan:
             self._decision(node.condition, line)
             self._body(node, node.body)
         elif isinstance(node, t.Try):
-            # an error may occur between any two statements, so each one has its own counter
+            # An error may occur between any two statements, so each statement has its own counter.
             self.guarded += 1
             self._statements(node.body)
             self.guarded -= 1

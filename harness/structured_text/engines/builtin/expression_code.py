@@ -252,7 +252,8 @@ class ExpressionCode:
 
     def _standard(self, node: t.Standard, arguments: list[str]) -> Value:
         if node.name in ("ADD", "MUL") and type_name(node.type) in ANY_REAL:
-            # Each operation is rounded, from the left, so each one needs brackets of its own.
+            # Each operation is rounded, from left to right, so each operation needs parentheses of
+            # its own.
             while len(arguments) > 2:
                 first = self._short(standard_call(node, arguments[:2], self._rules), node.type)
                 arguments = [first.code, *arguments[2:]]

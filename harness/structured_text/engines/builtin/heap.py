@@ -48,7 +48,7 @@ class Heap(dict[int, tuple[Any, int]]):
         )
 
     def make(self, saved: tuple[Any, ...], names: Mapping[str, Any], shared: Any) -> None:
-        """Replace all variables by those of a snapshot, but with their initial values."""
+        """Replace all variables by the variables of a snapshot, with their initial values."""
         self.clear()
         for number, length, _ in saved:
             made = names[f"heap_make{number}"]

@@ -193,7 +193,7 @@ def _delete(shared: Any, pointer: Any) -> None:
     if pointer is _NULL:
         return
     if isinstance(pointer, View) and isinstance(pointer.memory, Held):
-        # the pointer was recast: the exit methods belong to its original type
+        # The pointer was recast: the exit methods belong to its original type.
         pointer = pointer.memory.pointer
     held = getattr(pointer, "V" if isinstance(pointer, Whole) else "holder", None)
     if id(held) not in shared.heap:
@@ -246,7 +246,7 @@ def _recast(pointer: Any, own: Layout, other: Layout) -> Any:
         if isinstance(other, Opaque) and known and other.fits(memory.pointer.V):
             return memory.pointer
         if isinstance(whole, Row) and whole.element == other and not rest:
-            # back to the original type
+            # Back to the original type.
             return Item(memory.pointer.V, view.at_ // other.size)
         if whole == other and not view.at_:
             return memory.pointer

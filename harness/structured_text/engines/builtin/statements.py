@@ -228,7 +228,8 @@ class Writer:
         if node.last:
             self._emit("finally:")
             self._inside(node.last)
-            # A RETURN inside has read the result before these statements may have changed it.
+            # A RETURN before __FINALLY has already read the result. It is read again, because the
+            # statements of __FINALLY may have changed it.
             self._emit(f"    if r_: {self._return()}")
 
     def _inside(self, statements: tuple[t.Statement, ...]) -> None:

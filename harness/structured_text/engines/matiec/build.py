@@ -39,8 +39,8 @@ _RUNTIME = Path(__file__).with_name("runtime.c")
 _PROGRAM = re.compile(r"^\d+;([\w.]+);(\w+);$", re.MULTILINE)
 _GLOBAL = re.compile(r"^__DECLARE_GLOBAL(_FB|_LOCATED|)\((\w+),(\w+),(\w+)\)", re.MULTILINE)
 _GLOBAL_PLACE = re.compile(r"__INIT_GLOBAL_LOCATED\(\w+,(\w+),(\w+),")
-# matiec's HEAD writes names of other globals in front of the macro, so the pattern also matches
-# inside a line.
+# The HEAD of matiec writes names of other globals in front of the macro, so the pattern also
+# matches inside a line.
 _LOCATED = re.compile(r"__LOCATED_VAR\((\w+),(\w+),")
 
 
@@ -165,7 +165,8 @@ def _programs(target: Path) -> dict[str, tuple[str, str]]:
     text = (target / "VARIABLES.csv").read_text(encoding="utf-8", errors="replace")
     found = {}
     for match in _PROGRAM.finditer(text.partition("// Variables")[0]):
-        # CONFIGURATION.RESOURCE.INSTANCE; without a RESOURCE, its name in C is RESOURCE.
+        # A full path is CONFIGURATION.RESOURCE.INSTANCE. Without a RESOURCE in the source, the C
+        # name begins with RESOURCE.
         path = match[1].split(".")
         resource = path[1] if len(path) == 3 else "RESOURCE"
         found[path[-1]] = (f"{resource}__{path[-1]}", match[2])

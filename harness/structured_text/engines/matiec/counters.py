@@ -21,12 +21,12 @@ _Stale = frozenset[int]
 
 
 def stale_reads(pou: t.Pou) -> Iterator[Hit]:
-    """Yield the statements that read the counter of an ended FOR, before it gets a new value."""
+    """Yield the statements that read the counter of an ended FOR before it gets a new value."""
     if not any(isinstance(one, t.For) for one in nodes(pou.body)):
         return
     walk = _Walk(pou)
     after = walk.body(pou.body, frozenset())
-    # a block keeps its variables, so the next call may read a counter of this one
+    # A block keeps its variables, so the next call may read a counter of this one.
     if pou.kind != "FUNCTION":
         temporary = {id(symbol) for symbol in pou.section("VAR_TEMP")}
         walk.body(pou.body, after - temporary)

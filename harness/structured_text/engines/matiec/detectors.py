@@ -74,7 +74,7 @@ def _rounds(loop: t.For) -> int | None:
     if start is None or end is None or step is None:
         return None
     if not step:
-        return 2 if start <= end else 0  # it never ends
+        return 2 if start <= end else 0  # a loop with step 0 never ends
     return max(0, (end - start) // step + 1)
 
 

@@ -37,9 +37,9 @@ class _Value:
     """The possible errors of a duration.
 
     Attributes:
-        sum: Whether it may keep 1000 ms beside its seconds.
-        low: Whether it may be less than its exact value by nanoseconds.
-        high: Whether it may be greater.
+        sum: Whether the duration may keep 1000 ms beside its seconds.
+        low: Whether the duration may be less than its exact value by nanoseconds.
+        high: Whether the duration may be greater than its exact value by nanoseconds.
     """
 
     sum: bool = False

@@ -89,7 +89,7 @@ class Place:
 
     def __str__(self) -> str:
         """Return the place and its text as compilers print it."""
-        # the place may be in an extract of a project file, see `language.source`
+        # The place may be in an extract of a project file, see `language.source`.
         file = getattr(self.at.line, "file", self.file)
         return f"{file}:{self.at.line}:{self.at.column}: {self.text}"
 

@@ -54,7 +54,7 @@ def expressions(pou: t.Pou) -> Iterator[tuple[Position, Any]]:
 
 
 def own_expressions(one: t.Statement) -> list[Any]:
-    """Return the expressions of a statement without those of the statements inside it."""
+    """Return the expressions of a statement, without expressions of the statements inside it."""
     if isinstance(one, t.If):
         return [condition for condition, _ in one.branches]
     if isinstance(one, t.Case):
@@ -67,7 +67,7 @@ def own_expressions(one: t.Statement) -> list[Any]:
 
 
 def _place(pou: t.Pou, one: t.Statement, number: int) -> Position:
-    """Return the position of an expression's statement; in ELSIF or UNTIL, of the condition."""
+    """Return the position of an expression: that of its statement, or of its ELSIF or UNTIL."""
     if (isinstance(one, t.If) and number) or isinstance(one, t.Repeat):
         for node in nodes(parse(Path(pou.file)).declarations):
             if isinstance(one, t.Repeat):

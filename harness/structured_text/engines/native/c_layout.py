@@ -149,8 +149,8 @@ def _members(kind: StructType | BlockType) -> Iterator[Variable]:
 class Layout:
     """Offsets and codecs of a program's types.
 
-    The types are those that were given to `layout_expressions`, and `table` has the values of those
-    expressions [bytes].
+    The types must be the same as in the call of `layout_expressions`. `table` has the values of the
+    expressions that this call returned [bytes].
     """
 
     def __init__(

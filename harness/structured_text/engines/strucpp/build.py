@@ -159,7 +159,7 @@ def _translate(project: Project, texts: Sequence[str], strucpp: Strucpp, folder:
     for place in _PLACE.finditer(output):
         if place[4]:
             number, line, column = int(place[1]), int(place[2]), int(place[3])
-            # a lexical error has an offset instead of a line
+            # A lexical error has an offset instead of a line.
             if offset := _OFFSET.search(place[4]):
                 before = texts[number][: int(offset[1])]
                 line, column = before.count("\n") + 1, len(before) - before.rfind("\n")

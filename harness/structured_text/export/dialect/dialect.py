@@ -88,7 +88,7 @@ class Function:
 
     Attributes:
         defaults: Values of omitted arguments in the order of the parameters, by upper-case name.
-        result: Its type.
+        result: The type of the result.
     """
 
     defaults: Mapping[str, str]

@@ -26,7 +26,7 @@ _BOOL, _DINT = Data("BOOL"), Data("DINT")
 
 
 def standard_blocks() -> list[Aoi]:
-    """Return TON, R_TRIG and the first scan, each with its own name."""
+    """Return the instructions for TON, for R_TRIG and for the first scan."""
     return [_ton(), _r_trig(), _first_scan()]
 
 

@@ -212,7 +212,7 @@ class _Writer:
     def _check_set(self, symbol: t.Symbol) -> None:
         """Refuse an initial value that statements at the start cannot set.
 
-        Raise NotCarriedError if it is the value of a pin, a retained variable or an image.
+        Raise NotCarriedError for the value of a pin, a retained variable or a process image.
         """
         given = symbol.section == "VAR_INPUT" and self._pou.kind == "FUNCTION"
         pin = symbol.section in ("VAR_INPUT", "VAR_OUTPUT", "RESULT") and not given
@@ -227,7 +227,7 @@ class _Writer:
     def _begun(self, symbol: t.Symbol) -> Iterator[str]:
         """Yield lines that set a variable to its initial value.
 
-        For a structure or array, a line sets each part that is not zero.
+        For a structure or array, there is a line for each scalar inside it that is not zero.
         """
         if is_zero(symbol.initial) or not isinstance(symbol.type, StructType | ArrayType):
             yield self._initial(symbol)

@@ -72,7 +72,7 @@ class NotCarriedError(Exception):
     """The error for an element without a counterpart in a Logix controller; the message names it.
 
     Attributes:
-        at: Its position; None for the whole declaration.
+        at: Position of the element; None if the whole declaration has no counterpart.
     """
 
     at: Position | None = None
@@ -87,7 +87,7 @@ class Data:
 
     @property
     def is_aggregate(self) -> bool:
-        """Return whether it can only be passed by reference, and is copied by COP."""
+        """Return whether a tag of this type is passed by reference only, and copied by COP."""
         return bool(self.size) or self.type not in ("BOOL", "DINT", "REAL", "SINT", "INT")
 
 
@@ -113,11 +113,12 @@ class Aoi:
 
     Attributes:
         name: The name of the block or function.
-        header: The comment of its source.
-        parameters: Its parameters in order; those of usage InOut are the arguments of a call.
-        locals: Its other tags.
-        logic: Lines of its routine.
-        prescan: Lines that set its tags to their initial values.
+        header: The comment in front of the source.
+        parameters: The parameters in order. Parameters with the usage InOut are the arguments of a
+            call.
+        locals: The other tags.
+        logic: Lines of the routine.
+        prescan: Lines that set the tags to their initial values.
         types: Names of the structures that the instruction uses.
         blocks: Names of the instructions that the instruction uses.
     """

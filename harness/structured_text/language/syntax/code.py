@@ -309,7 +309,7 @@ class Repeat:
 class Try:
     """A `__TRY` with the handler of its exceptions; `code` is the variable of `__CATCH(code)`.
 
-    `last` are the statements of `__FINALLY`.
+    `last` has the statements of `__FINALLY`.
     """
 
     body: tuple[Statement, ...]

@@ -31,7 +31,7 @@ class Data:
 
     @property
     def element(self) -> Data:
-        """Return the type of an element, with an index for each dimension."""
+        """Return the type of an element of the array."""
         return Data(self.type, stored=self.type in STORED)
 
 
@@ -61,11 +61,11 @@ class Types:
     arrays: dict[str, Data] = field(default_factory=dict)
 
     def is_string(self, data: Data) -> bool:
-        """Return whether it is a single text."""
+        """Return whether the type is a single STRING."""
         return not data.sizes and data.type.upper() in self.strings
 
     def is_simple(self, data: Data) -> bool:
-        """Return whether it is a single number or BOOL."""
+        """Return whether the type is a single number or BOOL."""
         return not data.sizes and (data.type == "BOOL" or data.type in NUMBERS)
 
     def written(self, data: Data) -> str:

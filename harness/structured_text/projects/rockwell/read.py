@@ -390,7 +390,7 @@ class _Reader:
         return ""
 
     def _given(self, tag: Element, data: Data) -> str:
-        """Return the values of an instance that differ from those of its instruction."""
+        """Return the values in an instance that differ from the defaults of its instruction."""
         parameters = self._parameters[data.type.upper()]
         parts = []
         for form in (*tag.all("Data"), *tag.all("DefaultData")):

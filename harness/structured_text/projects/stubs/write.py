@@ -52,8 +52,8 @@ def infer_stubs(
 ) -> Stubs:
     """Return interfaces for names that are missing in the sources, as far as their use shows them.
 
-    `libraries` are those that a project refers to. `declared` are names of the project: errors in
-    their declarations are not missing names.
+    `libraries` are the libraries that a project refers to. `declared` are names of the project:
+    errors in their declarations are not missing names.
     """
     known: dict[Path, s.Source] = {}
 

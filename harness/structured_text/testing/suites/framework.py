@@ -33,8 +33,8 @@ class Framework:
     """The Structured Text of a unit-test framework, and its names that the runner uses.
 
     Attributes:
-        folder: Folder of its ST files; the program gets those that it needs.
-        namespace: Name of its library, which programs may write in front of its names.
+        folder: Folder with the ST files of the framework; a program gets the files that it needs.
+        namespace: Name of the library, which programs may write in front of its names.
         suite: The function block that suites extend.
         run: The functions that a program calls to run its suites.
         note: The function that reports an event: its kind, the name of the test, the expected and
@@ -81,7 +81,7 @@ class Framework:
         return frozenset(str(real(file)) for file in st_files(self.folder))
 
     def added_to(self, files: SourceFiles) -> tuple[SourceFiles, dict[str, str]]:
-        """Return the sources of a program together with those files of the framework it needs.
+        """Return the sources of a program together with the files of the framework that it needs.
 
         Names that the program declares itself are not taken from the framework. The second value
         is the title of each suite that a TEST file has, by its path.

@@ -35,7 +35,7 @@ class Mocks:
         self._calls: dict[int, int] = {}
 
     def answers(self, words: Mapping[str, str]) -> dict[str, Callable[..., Any]]:
-        """Return the answers to the calls of the framework's functions."""
+        """Return the Python functions that answer calls of the framework's functions, by name."""
         return {
             words["advance"]: self.advance,
             words["mock"]: self.mock,

@@ -52,13 +52,13 @@ class Case:
     """A test of a suite.
 
     Attributes:
-        name: Its name.
-        place: The statement that began it; None if it is unknown.
-        began_us: Virtual time at which it began [us].
-        ended_us: Virtual time at which it finished [us]; None if it has not finished.
+        name: Name of the test.
+        place: The statement that began the test; None if it is unknown.
+        began_us: Virtual time at which the test began [us].
+        ended_us: Virtual time at which the test finished [us]; None if it has not finished.
         asserts: Number of asserts that counted.
         failures: The failed asserts, and an error that ended the test.
-        skipped: Whether it is disabled.
+        skipped: Whether the test is disabled.
     """
 
     name: str
@@ -71,12 +71,12 @@ class Case:
 
     @property
     def unfinished(self) -> bool:
-        """Return whether it has begun but not finished."""
+        """Return whether the test has begun but not finished."""
         return self.ended_us is None and not self.skipped
 
     @property
     def passed(self) -> bool:
-        """Return whether it has finished without a failure."""
+        """Return whether the test has finished without a failure."""
         return not (self.failures or self.unfinished or self.skipped)
 
     @property

@@ -50,7 +50,7 @@ def run_suites(
     Args:
         files: The sources of the program, without those of the framework.
         framework: The framework of its suites.
-        scan: Period of the scan; default: the configuration's tick, or 10 ms.
+        scan: Period of the scan. By default it is the configuration's tick, or 10 ms.
         longest: Virtual time after which the run ends although some suites have not finished.
         only: Names of tests, suites, or `suite.test`, with `*`; only these tests run.
         progress: Called with the share of finished suites, from 0 to 1.
@@ -186,7 +186,7 @@ class _Run:
         self.results.ended = f"the program has ended with an error: {error}"
 
     def check_selection(self) -> None:
-        """Raise InputError if a name of `only` has matched no test."""
+        """Raise InputError if `only` has a name that no test or suite matches."""
         if missing := [name for name in self.only if name not in self._matched]:
             raise InputError(
                 f"--only {missing[0]}: no test or suite of this name has begun",

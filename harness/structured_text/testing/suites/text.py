@@ -10,7 +10,7 @@ from structured_text.testing.suites.results import Place, Results
 
 __all__ = ["results_text"]
 
-#: Failures of a test that are shown.
+#: Number of failures of a test that are shown.
 _MOST_SHOWN = 10
 
 
