@@ -27,7 +27,9 @@ def _printed() -> list[list[int]]:
 
 @pytest.mark.parametrize("line", _printed(), ids=lambda line: f"{line[0]} ms, RPI {line[1]} ms")
 def test_formula_and_blocks_take_what_the_page_prints(line: list[int]) -> None:
-    """Each number in a line of the table is one of the five scans, or a difference of two.
+    """After scan, RPI and response time, each line has the four times of `Command`.
+
+    Two differences of these times follow, in scans. Formula and simulated blocks give the same.
 
     Source: docs/explanation/timing.md, worked examples; guide chapters 1 and 2.
     """
