@@ -1,4 +1,4 @@
-"""Packages and rooms import, and tests use, only what they may, according to the sources.
+"""Packages, rooms and tests import only what they may. The test reads the sources.
 
 An import under TYPE_CHECKING or inside a function counts like any other.
 """

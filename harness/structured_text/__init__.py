@@ -6,7 +6,7 @@ stimulus). The package imports nothing from them.
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # a constant, so that `typing` need not be imported here
+TYPE_CHECKING = False  # a constant, so that `typing` need not be imported at run time
 if TYPE_CHECKING:
     from typing import Any
 
@@ -25,7 +25,10 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name on first use, so that one part does not load all others."""
+    """Import a public name on first use.
+
+    Importing the package therefore does not load all its modules.
+    """
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module

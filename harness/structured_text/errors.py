@@ -24,7 +24,7 @@ __all__ = [
     "similar",
 ]
 
-try:  # the distribution that ships this package may define the names
+try:  # a distribution that ships this package may define its own names in this module
     from structured_text_names import COMMAND as COMMAND
     from structured_text_names import DISTRIBUTION as DISTRIBUTION
 except ModuleNotFoundError:
@@ -42,7 +42,7 @@ _CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 
 
 def legible(text: str) -> str:
-    r"""Return a message with its control characters written as `\x1b`.
+    r"""Return a message in which each control character is written as an escape such as `\x1b`.
 
     Names of files, variables and keys in the message may come from a third-party project. An escape
     sequence in them could clear the reader's screen or display forged lines.
@@ -84,7 +84,8 @@ class InputError(Exception):
         column: int | None = None,
         hint: str = "",
     ) -> None:
-        place = getattr(file, "place", None)  # the source has lines from two files
+        # one source may have lines from two files, see `language.source.Extract`
+        place = getattr(file, "place", None)
         if place is not None and line is not None:
             file, line = place(line)
         self.message = message

@@ -132,7 +132,7 @@ def test_an_image_of_words_is_taken_at_even_offsets(build_cell: Build, tmp_path:
     ("declarations", "message"),
     [
         ("", "the program has no process image"),
-        ("  VAR\n    InputArea : RCX_IMAGE;\n  END_VAR", "the program has Main.InputArea but not"),
+        ("  VAR\n    InputArea : RCX_IMAGE;\n  END_VAR", "has Main.InputArea, but needs both"),
         (
             "  VAR\n    InputArea : RCX_IMAGE;\n    OutputArea : INT;\n  END_VAR",
             "Main.OutputArea is not an array of BYTE or WORD",

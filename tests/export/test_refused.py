@@ -99,7 +99,7 @@ def test_a_part_that_is_not_carried_is_refused(
     program = repository / "plc/examples/01_power_up"
     assert _check("mitsubishi", program) == 1
     out = capsys.readouterr().out
-    assert "PowerUp.st:2:1: refused: PROGRAM PowerUp: has an array of BYTE" in out
+    assert "PowerUp.st:3:1: refused: PROGRAM PowerUp: has an array of BYTE" in out
     assert "note: declarations are label tables there" in out
     assert _check("twincat", program) == 1
     assert "refused: CONFIGURATION Config0: TASK Cyclic (line 4)" in capsys.readouterr().out

@@ -351,7 +351,7 @@ def test_changes_of_other_sizes_are_shown_by_their_bytes(other: Adapter) -> None
 def test_the_assemblies_bear_their_numbers_and_one_that_cannot_be_read_says_so(
     running: Adapter, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The scanner uses 100 and 150, and another adapter would allow 101 and 151."""
+    """The options name 101 and 151, but the adapter of the test has 100 and 150."""
     forward_open = OpenRequest.forward_open
     monkeypatch.setattr(
         *(OpenRequest, "forward_open"),
@@ -446,7 +446,10 @@ def test_a_lost_connection_is_reported() -> None:
 
 
 def test_a_dead_process_is_reported(running: Adapter, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The loss of the connection names this cause. Before the first packet, it is an error."""
+    """The report of the lost connection names the dead process.
+
+    A process that dies before the first packet raises an error.
+    """
     told: list[str] = []
     made: list[Scanner] = []
     open_ = Scanner.open

@@ -1,6 +1,6 @@
 """FB_Interlock decides which robot may enter a shared area.
 
-The tests set the data that the blocks have of a robot.
+The tests set the data that the blocks read about each robot.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Table:
 
     @property
     def shown(self) -> str:
-        """Return a letter per robot for Valid, Busy, Error or none, and * while it holds."""
+        """Return V, B, E (Valid, Busy, Error) or - per robot, with * if it holds the area."""
         letters = []
         for k in _ROBOTS:
             on = [name[0] for name in ("Valid", "Busy", "Error") if self[f"Lock{k}.{name}"]]
@@ -100,7 +100,7 @@ def _table(*wanting: int, engine: str = "auto") -> Table:
 
 @pytest.mark.parametrize("engine", ["auto", "builtin"])
 def test_first_come_first_served(engine: str) -> None:
-    """Source: this library's own."""
+    """Source: a rule of this library."""
     table = _table(engine=engine)
     table.want(3, 1, 2)
     assert table.shown == "B B V*"
@@ -214,7 +214,7 @@ def test_a_robot_inside_comes_before_those_that_wait() -> None:
     ],
 )
 def test_a_robot_lost_in_the_area_holds_it_until_acknowledge(signal: str, number: int) -> None:
-    """Source: this library's own; link loss: manual chapter 1, 5.2."""
+    """Source: a rule of this library; link loss: manual chapter 1, 5.2."""
     table = _table(1, 2)
     table[f"Robot1.{signal}"] = False
     assert table.scan() == "E* B -"
@@ -511,7 +511,7 @@ def test_enable_in_every_second_scan_takes_no_place_of_another_robot() -> None:
 def test_a_block_that_is_called_twice_in_a_scan_is_an_error(engine: str) -> None:
     """A second call in a scan is an error: it would double the speed of the Timeout.
 
-    The robot would also lose its place each time.
+    The robot would also lose its place in the queue each time.
 
     Source: docs/reference/errors.md, 16#8016; head: called once in every scan
     """

@@ -1,4 +1,4 @@
-"""FB_MoveTable: the telegrams of rows, their order and arrivals.
+"""FB_MoveTable sends the telegram of each row in order, and reports arrivals.
 
 The test plays the controller.
 """
@@ -246,7 +246,7 @@ def test_rows_that_come_while_the_table_runs_are_run() -> None:
 def test_a_row_that_the_table_does_not_have_is_refused(pins: dict[str, Any], engine: str) -> None:
     """The number MovesSize must not exceed the rows of RCX_MOVES.
 
-    Source: no section (this library's own).
+    Source: a rule of this library.
     """
     plc = started(*rows_to(1, 2, 3), engine=engine, **pins)
     assert shown(plc) == "Busy"

@@ -230,7 +230,7 @@ def test_a_second_call_in_the_scan_of_an_error_lets_no_command_go_out_later() ->
 
     The second call does not resume the table.
 
-    Source: no section (this library's own).
+    Source: a rule of this library.
     """
     plc = bench(*rows_to(1, 2))
     plc["Other.Execute"] = True
@@ -250,7 +250,7 @@ def test_a_second_call_in_the_scan_of_an_error_lets_no_command_go_out_later() ->
 def test_a_start_in_the_scan_of_an_error_is_refused() -> None:
     """The table refuses a start while its earlier command still waits, because its pins are old.
 
-    Source: no section (this library's own).
+    Source: a rule of this library.
     """
     plc = bench(*rows_to(1, 2))
     plc["Other.Execute"] = True
@@ -295,7 +295,7 @@ def test_a_missing_call_ends_the_table_and_the_row_stays_shown() -> None:
 def test_a_start_in_the_scan_after_an_error_runs() -> None:
     """The error has also withdrawn the command that waited.
 
-    Source: no section (this library's own).
+    Source: a rule of this library.
     """
     plc = bench(*rows_to(1, 2))
     plc["Other.Execute"] = True
@@ -315,7 +315,7 @@ def test_a_start_in_the_scan_after_an_error_runs() -> None:
 
 
 def test_a_start_with_the_second_call_of_a_scan_runs() -> None:
-    """The first call of the scan had nothing to do. Source: no section (this library's own)."""
+    """The first call of the scan had nothing to do. Source: a rule of this library."""
     plc = bench(*rows_to(1, 2))
     plc["StartAgain"] = True
     plc.scan()
@@ -433,7 +433,7 @@ def test_after_a_refused_start_a_relative_row_stays_doubtful(
 
 
 def test_a_row_that_does_not_depend_on_the_interrupted_one_may_begin() -> None:
-    """The target of such a row does not depend on the position of the robot.
+    """Row 3 is absolute, so its target does not depend on the position of the robot.
 
     Source: guide 4.2.1, absolute movement.
     """

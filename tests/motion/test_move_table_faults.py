@@ -1,4 +1,4 @@
-"""FB_MoveTable on the virtual controller, with every fault in every scan of a table.
+"""FB_MoveTable survives every fault in every scan of a table, on the virtual controller.
 
 The table must show the row of the telegram on the wire, which the test decodes from its words.
 After a fault the table does not continue by itself. When it is continued, it comes to its end, with

@@ -192,7 +192,7 @@ def test_a_step_that_waits_goes_no_lower_and_no_higher_than_what_is_wanted_by_th
 
 @pytest.mark.parametrize("scans", range(5))
 def test_a_percent_is_out_for_a_scan_before_its_code_and_then_stays(scans: int) -> None:
-    """The speed on the wire stays, whenever Percent is lowered; another command sends the new one.
+    """If Percent is lowered, the speed on the wire stays until another command sends a new one.
 
     Source: remote command guide chapter 2: the data first; both held until the end status
     """

@@ -82,7 +82,7 @@ def test_x_counts_first_then_y_then_z(engine: str) -> None:
 
 
 def test_a_new_pallet_begins_anew_at_any_time() -> None:
-    """Next may rise in the same scan as NewPallet. Source: this library's own."""
+    """Next may rise in the same scan as NewPallet. Source: a rule of this library."""
     pallet = _Pallet((2, 2, 1))
     pallet.press("Next")
     pallet.press("Next")
@@ -96,9 +96,9 @@ def test_a_new_pallet_begins_anew_at_any_time() -> None:
 
 @pytest.mark.parametrize("kept", [7, -1, 32767, -32768])
 def test_a_place_beyond_the_pallet_is_an_error(kept: int) -> None:
-    """Changing the program can cause such a position. Only NewPallet ends the error.
+    """A changed program may have a smaller pallet. Only NewPallet ends the error.
 
-    Source: this library's own.
+    Source: a rule of this library.
     """
     pallet = _Pallet((3, 2, 1))
     pallet.place = kept
@@ -111,7 +111,7 @@ def test_a_place_beyond_the_pallet_is_an_error(kept: int) -> None:
 
 
 def test_a_cleared_place_counts_as_full() -> None:
-    """Memory without an initial value is 0, so that the robot must not put a part anywhere."""
+    """Cleared memory is 0, which is not a work position: no part must be put anywhere."""
     pallet = _Pallet((3, 2, 1))
     pallet.place = 0
     assert pallet.shown[0] == "Full"

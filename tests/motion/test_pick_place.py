@@ -1,4 +1,4 @@
-"""FB_PickPlace: the order of its commands, and the continuation after an error."""
+"""FB_PickPlace sends its commands in order, and continues after an error."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_a_part_is_fetched_at_the_source_and_put_down_at_the_target(engine: str)
 
 
 def test_the_stages_of_the_work_are_shown_in_order() -> None:
-    """Source: this library's own."""
+    """Source: a rule of this library."""
     plc = picking()
     plc.start()
     seen: list[tuple[str, bool]] = []
@@ -224,7 +224,7 @@ def test_the_next_start_goes_on_with_the_unfinished_command(broken: str, again: 
     If it has closed, the block opens it only at the target. The outputs read from the controller
     decide; a refused close command does not count.
 
-    Source: this library's own; alarm 12.600: guide 1.2; port reference: guide 4.5.1.
+    Source: a rule of this library; alarm 12.600: guide 1.2; port reference: guide 4.5.1.
     """
     plc = picking()
     plc.refuses = broken
@@ -249,7 +249,7 @@ def test_a_release_that_was_broken_off_is_done_again_at_the_target() -> None:
 
     The block moves to the target first and does not read a sensor.
 
-    Source: this library's own.
+    Source: a rule of this library.
     """
     plc = _with_sensor()
     plc.until("PTP 20 at 50")
@@ -270,7 +270,7 @@ def test_a_release_that_was_broken_off_is_done_again_at_the_target() -> None:
 
 @pytest.mark.parametrize("lost_at", ["PTP 20 at 50", "PTP 20 at 5", "DO(20) OFF"])
 def test_a_release_that_begins_from_above_begins_there_again(lost_at: str) -> None:
-    """Source: this library's own."""
+    """Source: a rule of this library."""
     plc = _approaching()
     plc.until("DO(20) ON")
     plc.refuses = "DO(20) OFF"
@@ -296,7 +296,7 @@ def test_a_release_that_begins_from_above_begins_there_again(lost_at: str) -> No
 def test_an_approach_that_was_broken_off_goes_on(count: int, again: list[str]) -> None:
     """The part in the hand is lifted again. After the release, the robot only leaves.
 
-    Source: this library's own.
+    Source: a rule of this library.
     """
     plc = _approaching()
     plc.start()
@@ -313,7 +313,7 @@ def test_an_approach_that_was_broken_off_goes_on(count: int, again: list[str]) -
 
 @pytest.mark.parametrize("broken", ["DO(20) ON", "PTP 20 at 50", "DO(20) OFF"])
 def test_where_the_part_was_taken_out_it_begins_anew(broken: str) -> None:
-    """Source: this library's own."""
+    """Source: a rule of this library."""
     plc = picking()
     plc.until("PTP 10 at 50")
     plc.refuses = broken
@@ -326,7 +326,7 @@ def test_where_the_part_was_taken_out_it_begins_anew(broken: str) -> None:
 def test_after_the_release_there_is_no_part_that_could_have_been_taken_out() -> None:
     """After the release, the next start only leaves, and HandEmpty brings no second part.
 
-    Source: this library's own.
+    Source: a rule of this library.
     """
     plc = _approaching()
     plc.until("DO(20) ON")

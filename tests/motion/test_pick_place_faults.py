@@ -1,4 +1,4 @@
-"""FB_PickPlace and events that stop a robot: between its commands, before them, and with others."""
+"""FB_PickPlace ends at events that stop the robot, before, between and during its commands."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _FAULTS = [
 ]
 #: Events that end a work started in AUTO mode. A work may also start in MANUAL mode.
 _ENDS = [*_FAULTS, ("SO10", False, 0x8006)]
-#: Positions in _ASKING. The quick tier has one question, one output and one movement.
+#: Positions in _ASKING. The quick tier tests a reading of inputs, an output and a movement.
 _PLACES = [
     pytest.param(place, marks=[] if place in (0, 1, 3) else pytest.mark.exhaustive)
     for place in range(len(_ASKING))

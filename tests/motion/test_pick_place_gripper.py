@@ -89,7 +89,7 @@ def test_fingers_that_do_not_open_at_the_target_are_opened_there_again() -> None
 
 
 def test_it_waits_until_the_gripper_has_moved() -> None:
-    """Source: this library's own."""
+    """Source: a rule of this library."""
     plc = _bench(Gripper__ClosedInput=43, Gripper__MaxWait="T#1s")
     plc.until("DO(20) ON")
     plc.scan(60)
@@ -114,7 +114,7 @@ def test_the_wait_for_an_input_ends_after_max_wait(
 ) -> None:
     """The controller answers every few scans. The default limit is 2 s.
 
-    Source: this library's own.
+    Source: a rule of this library.
     """
     plc = _bench(Gripper__MaxWait=limit)
     plc[f"Pick.Gripper.{pin}"] = 25
@@ -125,7 +125,7 @@ def test_the_wait_for_an_input_ends_after_max_wait(
 
 
 def test_a_part_that_was_not_gripped_is_fetched_anew() -> None:
-    """Source: this library's own."""
+    """Source: a rule of this library."""
     plc = _bench(Gripper__PartInput=21, Gripper__MaxWait="T#100ms")
     plc.work()
     assert plc.end == ("Error", 0x8058, "PICK_START", False)
@@ -137,9 +137,9 @@ def test_a_part_that_was_not_gripped_is_fetched_anew() -> None:
 
 
 def test_a_hand_that_is_not_empty_does_not_open_just_anywhere() -> None:
-    """A hand with a part, as after a restart of the PLC, does not open at any place.
+    """If the hand has a part at the start, as after a restart of the PLC, it is not opened.
 
-    Source: this library's own.
+    Source: a rule of this library.
     """
     plc = _bench(Gripper__PartInput=21)
     plc.inputs_on = {21}
@@ -152,7 +152,7 @@ def test_a_hand_that_is_not_empty_does_not_open_just_anywhere() -> None:
 
 
 def test_a_part_that_sticks_to_the_open_hand_is_an_error() -> None:
-    """Source: this library's own."""
+    """Source: a rule of this library."""
     plc = _bench(Gripper__PartInput=21, Gripper__MaxWait="T#100ms")
     plc.follows = {21: 20}
     plc.until("PTP 20")
@@ -165,7 +165,7 @@ def test_a_part_that_sticks_to_the_open_hand_is_an_error() -> None:
 
 @pytest.mark.parametrize("above", [0, 3])
 def test_a_part_that_is_lost_on_the_way_is_an_error_before_the_hand_opens(above: int) -> None:
-    """Source: this library's own."""
+    """Source: a rule of this library."""
     plc = _bench(Gripper__PartInput=21, Shifts__SourceAbove=above)
     plc.follows = {21: 20}
     plc.until("DO(20) ON")
@@ -179,7 +179,7 @@ def test_a_part_that_is_lost_on_the_way_is_an_error_before_the_hand_opens(above:
 
 
 def test_where_it_goes_on_with_a_part_it_looks_for_it_first() -> None:
-    """Source: this library's own."""
+    """Source: a rule of this library."""
     plc = _bench(Gripper__PartInput=21)
     plc.follows = {21: 20}
     plc.refuses = "PTP 20"
@@ -193,7 +193,7 @@ def test_where_it_goes_on_with_a_part_it_looks_for_it_first() -> None:
 def test_a_sensor_at_the_plc_ends_it_after_the_movement() -> None:
     """A command cannot be withdrawn after it has been sent.
 
-    Source: guide 1.2; this library's own.
+    Source: guide 1.2; a rule of this library.
     """
     plc = _bench()
     plc.silent = "PTP 20"
@@ -213,7 +213,7 @@ def test_a_sensor_at_the_plc_ends_it_after_the_movement() -> None:
 
 
 def test_that_sensor_counts_only_while_it_carries_a_part() -> None:
-    """Source: this library's own."""
+    """Source: a rule of this library."""
     plc = _bench()
     plc["Pick.PartLost"] = True
     plc.until("DO(20) ON")
@@ -234,7 +234,7 @@ def test_that_sensor_counts_only_while_it_carries_a_part() -> None:
 
 
 def test_it_settles_before_it_looks() -> None:
-    """Source: this library's own."""
+    """Source: a rule of this library."""
     plc = _bench(Gripper__Settle="T#300ms", Gripper__ClosedInput=43)
     plc.inputs_on = {43}
     plc.until("DO(20) ON")
@@ -258,7 +258,7 @@ def test_a_port_command_that_fails_ends_it_with_the_alarm(silent: str) -> None:
 @pytest.mark.parametrize("go", [False, True])
 @pytest.mark.parametrize("number", [-1, 8, 19, 21])
 def test_the_block_that_reads_inputs_refuses_an_illegal_bit(go: bool, number: int) -> None:
-    """FB_PickPlace refuses such a bit itself. This check is for other callers.
+    """FB_PickPlace refuses an illegal bit itself. This check is for other callers.
 
     Source: guide 4.5.1: bits are 0 to 7
     """
@@ -328,7 +328,7 @@ def test_an_answer_that_comes_after_asks_fell_is_ignored() -> None:
 @pytest.mark.parametrize("asks", [False, True])
 @pytest.mark.parametrize("number", [-1, 28, 39])
 def test_the_block_that_reads_outputs_refuses_an_illegal_bit(asks: bool, number: int) -> None:
-    """FB_PickPlace refuses such a bit itself. This check is for other callers.
+    """FB_PickPlace refuses an illegal bit itself. This check is for other callers.
 
     Source: guide 4.5.1: bits are 0 to 7
     """

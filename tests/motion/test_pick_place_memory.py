@@ -30,7 +30,7 @@ _DISTURBANCES = [
 
 
 def _begun(place: int, what: str = "", engine: str = "builtin", **kind: Any) -> PartBench:
-    """Return a bench that has sent the command at this place, which is then disturbed."""
+    """Return a bench that has sent command `place` (from 0), has met `what`, and has stopped."""
     bench = PartBench(engine, **kind)
     bench["Pick.Execute"] = True
     bench.scan()
@@ -176,7 +176,7 @@ def test_a_power_cycle_after_the_error_is_reported_at_the_next_start() -> None:
 
 
 def test_a_power_cycle_at_the_target_puts_the_part_down_there() -> None:
-    """No second part is placed on it. Source: fidelity.md: outputs are OFF after power-on."""
+    """The next start places no second part. Source: fidelity.md: outputs are OFF after power-on."""
     bench = PartBench()
     bench["Pick.Gripper.PartInput"] = 30
     bench["Pick.Execute"] = True

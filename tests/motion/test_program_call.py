@@ -26,8 +26,8 @@ class Bench(PlcBench):
 
     Args:
         engine: The engine that runs the program.
-        words: The images are words.
-        size: Of the areas [byte].
+        words: Whether the process images consist of words instead of bytes.
+        size: Size of the areas [byte].
     """
 
     def __init__(self, engine: str = "builtin", *, words: bool = False, size: int = 48) -> None:
@@ -530,9 +530,9 @@ def test_a_scan_without_a_call_ends_it() -> None:
 
 
 def test_words_beside_a_status_are_not_read() -> None:
-    """The status was not requested.
+    """The controller shows a status that was not requested.
 
-    SOW(2) to SOW(7) do not belong to the robot program meanwhile.
+    During a status, SOW(2) to SOW(7) do not belong to the robot program.
 
     Source: chapter 1, 4.1: shared words.
     """

@@ -35,10 +35,10 @@ _SEQUENCES = {
     "SI14": ("Origin", {}),
     "SI17": ("Origin", {"Axes": "ORIGIN_ABSOLUTE"}),
 }
-#: Outputs of the hand, data that another block writes, and whether they concern the hand. In the
-#: data, bits 11 to 4 have tens and units of a port, bits 3 to 0 a bit of it (guide 4.5.1).
+#: Outputs of the hand, data that another block writes, and whether the data concern the hand. In
+#: the data, bits 11 to 4 are tens and units of a port, and bits 3 to 0 are its bit (guide 4.5.1).
 _PLACES = [
-    ((0, 0), 0x301, 0x1020, True),  # DO(20) is where CloseOutput is 0
+    ((0, 0), 0x301, 0x1020, True),  # CloseOutput 0 means DO(20)
     ((23, 31), 0x301, 0x1023, True),
     ((23, 31), 0x301, 0x1031, True),
     ((23, 31), 0x301, 0x1020, False),

@@ -1,4 +1,4 @@
-"""FB_WorkCycle: Start, Stop, Reset and the first fault.
+"""FB_WorkCycle reacts to Start, Stop and Reset, and shows the first fault.
 
 The test plays the controller.
 """
@@ -63,7 +63,7 @@ def _end(plc: PlcBench, status: int = 0x0200) -> None:
 def test_start_powers_up_and_the_work_follows_again_and_again() -> None:
     """Run falls for a scan after each work.
 
-    Source: this library's own; servo on: chapter 5, 3.1.
+    Source: a rule of this library; servo on: chapter 5, 3.1.
     """
     plc = _bench()
     plc.outputs(SO02=False)
@@ -85,7 +85,7 @@ def test_start_powers_up_and_the_work_follows_again_and_again() -> None:
 
 
 def test_run_stays_away_as_long_as_the_work_shows_its_end() -> None:
-    """The work is counted once. Source: this library's own."""
+    """The work is counted once. Source: a rule of this library."""
     plc = _running()
     plc["Bare.WorkDone"] = True
     for _ in range(5):
@@ -165,7 +165,7 @@ def test_only_work_that_the_cycle_began_is_counted() -> None:
 
 
 def test_stop_ends_it_once_the_work_under_way_is_done() -> None:
-    """Source: this library's own."""
+    """Source: a rule of this library."""
     plc = _running("Cycle")
     plc.scan_until(lambda: plc.words[0] != 0)
     _press(plc, "Cycle.Stop")
@@ -183,7 +183,7 @@ def test_stop_ends_it_once_the_work_under_way_is_done() -> None:
 
 
 def test_start_takes_a_stop_back_but_not_while_it_is_pressed() -> None:
-    """Source: this library's own."""
+    """Source: a rule of this library."""
     plc = _running()
     _press(plc, "Bare.Stop")
     assert _shown(plc) == _STOP
@@ -195,7 +195,7 @@ def test_start_takes_a_stop_back_but_not_while_it_is_pressed() -> None:
 
 
 def test_after_stop_it_is_idle_in_the_scan_in_which_the_work_is_done() -> None:
-    """Source: this library's own."""
+    """Source: a rule of this library."""
     plc = _running()
     _press(plc, "Bare.Stop")
     plc["Bare.WorkDone"] = True
@@ -204,7 +204,7 @@ def test_after_stop_it_is_idle_in_the_scan_in_which_the_work_is_done() -> None:
 
 
 def test_stop_between_two_works_begins_no_other() -> None:
-    """Source: this library's own."""
+    """Source: a rule of this library."""
     plc = _running()
     plc["Bare.WorkDone"] = True
     plc.scan()
@@ -215,7 +215,7 @@ def test_stop_between_two_works_begins_no_other() -> None:
 
 @pytest.mark.parametrize("when", ["before", "meanwhile"])
 def test_stop_while_it_powers_up_begins_no_work(when: str) -> None:
-    """A Start while Stop is TRUE has no effect. Source: this library's own."""
+    """A Start while Stop is TRUE has no effect. Source: a rule of this library."""
     plc = _bench()
     plc["Bare.Stop"] = when == "before"
     _press(plc, "Bare.Start")
@@ -251,7 +251,7 @@ def test_the_first_fault_is_shown_until_reset_and_then_start_works_again() -> No
 
 
 def test_another_error_of_the_work_does_not_take_the_place_of_the_first() -> None:
-    """Source: this library's own."""
+    """Source: a rule of this library."""
     plc = _running()
     for error_id, group in ((0x8020, 1), (0x8059, 2), (0x8020, 3), (0, 4)):
         plc["Bare.WorkErrorID"], plc["Bare.WorkAlarmGroup"] = error_id, group
@@ -261,7 +261,7 @@ def test_another_error_of_the_work_does_not_take_the_place_of_the_first() -> Non
 
 
 def test_reset_counts_with_its_edge_and_in_a_safe_cell_only() -> None:
-    """A button that was TRUE before acknowledges nothing. Source: this library's own."""
+    """A button that was TRUE before acknowledges nothing. Source: a rule of this library."""
     plc = _running()
     plc["Bare.WorkErrorID"] = 0x8011
     plc["Bare.Reset"] = True
@@ -286,7 +286,7 @@ def test_reset_counts_with_its_edge_and_in_a_safe_cell_only() -> None:
 
 @pytest.mark.parametrize("state", ["POWER_UP", "RUN", "STOP"])
 def test_reset_without_a_fault_does_nothing(state: str) -> None:
-    """Source: this library's own."""
+    """Source: a rule of this library."""
     plc = _bench() if state == "POWER_UP" else _running()
     if state == "POWER_UP":
         plc.outputs(SO02=False)
@@ -303,7 +303,7 @@ def test_reset_without_a_fault_does_nothing(state: str) -> None:
 def test_reset_acknowledges_the_error_that_the_work_shows_in_that_scan() -> None:
     """If the work is called after the cycle, the cycle sees the work's end one scan later.
 
-    Source: this library's own.
+    Source: a rule of this library.
     """
     plc = _running()
     plc["Bare.WorkErrorID"] = 0x8059
@@ -316,7 +316,7 @@ def test_reset_acknowledges_the_error_that_the_work_shows_in_that_scan() -> None
 
 
 def test_an_error_of_the_work_is_a_fault_in_every_state() -> None:
-    """The work may end long after its cycle. Source: this library's own."""
+    """The work may end long after its cycle. Source: a rule of this library."""
     plc = _bench()
     plc["Bare.WorkErrorID"] = 0x8011
     plc.scan()
@@ -330,7 +330,7 @@ def test_an_error_of_the_work_is_a_fault_in_every_state() -> None:
 def test_a_start_without_link_or_cell_is_a_fault(cause: str, error_id: int, when: str) -> None:
     """The start is not delayed, because a closing door or a plugged cable must not start the robot.
 
-    Source: this library's own.
+    Source: a rule of this library.
     """
     plc = _bench()
     plc.outputs(SO02=False)
@@ -371,7 +371,7 @@ def test_a_power_up_that_fails_is_a_fault() -> None:
 def test_a_power_up_that_outlives_its_cycle_begins_nothing(back: bool) -> None:
     """After an immediate loss of the link, the power-up waits for at most 60 s.
 
-    Source: this library's own.
+    Source: a rule of this library.
     """
     plc = _bench()
     plc["Bare.Start"] = True
@@ -386,7 +386,7 @@ def test_a_power_up_that_outlives_its_cycle_begins_nothing(back: bool) -> None:
 
 
 def test_a_power_up_that_fails_later_does_not_take_the_place_of_the_first_fault() -> None:
-    """Source: this library's own."""
+    """Source: a rule of this library."""
     plc = _bench()
     plc.outputs(SO02=False, SO04=False)
     plc.scan(20)
@@ -399,7 +399,7 @@ def test_a_power_up_that_fails_later_does_not_take_the_place_of_the_first_fault(
 
 @pytest.mark.parametrize("cause", ["link", "SO01", "SO02"])
 def test_a_loss_while_the_cycle_is_idle_is_no_fault(cause: str) -> None:
-    """Only the work of the cycle needs the connection. Source: this library's own."""
+    """Only the work of the cycle needs the connection. Source: a rule of this library."""
     plc = _bench()
     if cause == "link":
         plc["Connected"] = False
@@ -423,7 +423,7 @@ def test_a_lost_controller_is_a_fault_whatever_the_work_does(cause: str, error_i
 
 
 def test_lost_servos_are_a_fault_at_once_where_no_command_is_out() -> None:
-    """The work waits for another robot in this case. Source: manual chapter 5, 3.1."""
+    """The work may wait for another robot, without a command. Source: manual chapter 5, 3.1."""
     plc = _running()
     plc["EmergencyStopOk"] = False
     plc.scan(20)
@@ -446,7 +446,7 @@ def test_of_lost_servos_the_command_that_is_out_says_more() -> None:
 
 
 def test_a_command_of_another_block_hides_lost_servos_for_a_second() -> None:
-    """Such a command is a continuous output of the position. Source: this library's own."""
+    """Such a command is a continuous output of the position. Source: a rule of this library."""
     plc = _running()
     plc["Other.Execute"] = True
     plc.scan_until(lambda: plc.words[0] != 0)

@@ -15,7 +15,8 @@ from structured_text.output.toml_files import load_toml
 _KEYS = ("ServoOn", "Start", "ProgramReset", "StepLine", "JogPlus", "JogMinus", "Teach")
 
 
-#: Key, hindrance and ErrorID, from the conditions of the blocks behind the key.
+#: Key, the condition that prevents its action, and the ErrorID, as the blocks that the key starts
+#: check them.
 _REASONS = [
     ("ServoOn", "Connected=0", 0x8001),
     ("ServoOn", "SO01=0", 0x8002),

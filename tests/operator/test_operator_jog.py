@@ -1,4 +1,4 @@
-"""FB_Operator: the jog keys.
+"""The jog keys of FB_Operator move an axis while they are held, or by a step.
 
 The test plays the robot.
 """

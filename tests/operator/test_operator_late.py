@@ -24,7 +24,7 @@ def _under_way(plc: OperatorBench, code: int) -> None:
 
 
 def _rose(plc: OperatorBench, scans: int) -> set[str]:
-    """Return the dedicated inputs that were ON in one of these scans, without SI(00) and SI(06)."""
+    """Run scans; return the inputs that were ON in any of them, except SI(00) and SI(06)."""
     found: set[str] = set()
     for _ in range(scans):
         plc.scan()
@@ -475,7 +475,7 @@ def _reset_behind() -> OperatorBench:
 
 
 def test_a_reset_that_waits_is_withdrawn_and_who_has_his_turn_goes_on() -> None:
-    """The other block waits for the controller for the time of its Timeout.
+    """The other block waits for the controller until its Timeout.
 
     Source: errors.md, 16#8076.
     """

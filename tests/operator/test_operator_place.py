@@ -126,7 +126,7 @@ def test_a_movement_of_another_block_does_not_renew_it() -> None:
 
 
 def test_what_moves_while_the_position_is_read_makes_it_be_read_again() -> None:
-    """The position is read once for all movements of that time, after the last one has ended.
+    """One reading follows all movements that began during a reading, after the last has ended.
 
     Source: RCX_PANEL.Position
     """

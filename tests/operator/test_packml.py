@@ -1,4 +1,4 @@
-"""FB_PackMl: the effect of every command in every state, and aborts.
+"""FB_PackMl executes or refuses every command in every state, and aborts at faults.
 
 The test plays the robot.
 """

@@ -68,7 +68,7 @@ while not select.select([sys.stdin], [], [], 0.1)[0]:
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
 def test_a_program_ends_with_the_process_that_started_it(number: signal.Signals) -> None:
-    """Both write to a pipe, which closes when both have ended.
+    """Program and parent hold the same pipe open, so it closes only when both have ended.
 
     Source: a defect report: a child never outlives its parent, whatever ends it.
     """

@@ -191,7 +191,7 @@ def test_what_is_less_in_the_controller_differs_too(plc: PointsBench, place: int
 
 @pytest.mark.parametrize("kept", [False, True])
 def test_a_row_of_zeros_is_not_the_same_as_none(plc: PointsBench, kept: bool) -> None:
-    """Either the record has the point and the controller has not, or the other way round.
+    """Either only the record has the point, or only the controller has it.
 
     Source: docs/how-to/points.md: a number that is not defined is a row with Defined FALSE.
     """
@@ -242,7 +242,7 @@ def test_at_the_end_the_cursor_is_at_row_1_again_in_the_scan_of_done(
 
 
 def test_a_comparison_names_every_row_that_differs(plc: PointsBench) -> None:
-    """A row is missing on one side, missing on the other side, or changed."""
+    """A row is missing in the record, missing in the controller, or different."""
     record(plc, missing=11)
     assert plc.run("Restore") == 0
     plc.stored[0x100, 11] = list(POINT_100)

@@ -1,4 +1,4 @@
-"""FC_RcxAngle and FC_RcxHalfTurn give values by hand on both engines."""
+"""FC_RcxAngle and FC_RcxHalfTurn give values that were calculated by hand, on both engines."""
 
 from __future__ import annotations
 

@@ -38,7 +38,8 @@ mm = [500.0, -300.0, 20.0, 45.0]
 
 
 def _calls() -> str:
-    part = _PAGE.read_text(encoding="utf-8").partition("## As far as a sensor")[2]
+    heading = "## Move until a sensor or a key stops the robot"
+    part = _PAGE.read_text(encoding="utf-8").partition(heading)[2]
     found = re.search(r"```iecst\n(.*?)```", part, re.DOTALL)
     assert found is not None
     return found[1]

@@ -73,7 +73,7 @@ def test_distance_is_straight_and_turn_is_without_sign(engine: str) -> None:
     ],
 )
 def test_tolerances_are_a_millimetre_and_a_degree(way: tuple[float, ...], there: bool) -> None:
-    """Three distances of 0.7 mm are 1.21 mm in total. R a whole turn away is another R."""
+    """Three distances of 0.7 mm are 1.21 mm in total. With R a whole turn away, There is FALSE."""
     assert _Point().off(*way) is there
 
 

@@ -44,7 +44,7 @@ def _with_dead_band(kind: _Kind) -> Any:
 
 @_both
 def test_a_bit_falls_at_the_border_and_rises_beyond_the_dead_band(kind: _Kind) -> None:
-    """The dead band is five units: inside from 5 on until below 0, outside from -5 on until 0."""
+    """With a dead band of 5, Inside is TRUE from 5 until below 0, Outside from -5 until 0."""
     area = _with_dead_band(kind)
     least = 0.01 if kind is _AXIS else 0.5
     places = (5 - least, 5, 0, -least, least - 5, -5, -least, 0, 5 - least)

@@ -69,11 +69,11 @@ def test_two_touches_of_the_place_at_100_and_200(
     data: tuple[float, float],
     growth: float,
 ) -> None:
-    """With R at 0, X of the hand lies along X, and with R at 90 along Y.
+    """The place is (100, 200) mm, and the tool is at the place minus the hand turned by R.
 
-    30 and 40 mm then point 30 mm up and 40 mm back. At 30 degrees 20 mm are 17.3205 and 10 mm, at
-    -60 degrees they are 10 and -17.3205 mm. Growth is 1 / (2 sin) of half the turn: of 90, 45, 15
-    and 30 degrees.
+    At 90 degrees, a hand of (30, 40) mm is (-40, 30) mm. A hand of 20 mm along X is (17.3205, 10)
+    mm at 30 degrees, and (10, -17.3205) mm at -60 degrees. Growth is 1 / (2 sin(turn / 2)). The
+    half turns are 90, 45, 15 and 30 degrees.
 
     Source: remote command guide 4.3.5
     """
@@ -123,9 +123,10 @@ def test_it_gives_back_the_hand_with_which_the_model_of_the_controller_touches_a
     [(28, 29.5), (-28, -29.5), (331.5, 330), (-332, -330.5), (388, 389.5), (28.9, 29.0)],
 )
 def test_a_turn_that_is_too_small_is_refused(turn: float, wider: float) -> None:
-    """Growth of 28 degrees is 2.067, of 29.5 degrees 1.964. A whole turn has no effect.
+    """A turn of 28 degrees has the Growth 2.067, a turn of 29.5 degrees 1.964.
 
-    sin 14.4775 degrees is 0.25, so that 28.955 degrees are the limit.
+    Whole turns have no effect. The limit is a turn of 28.955 degrees, because the sine of 14.4775
+    degrees is 0.25.
 
     Source: comment of MaxGrowth; docs/reference/errors.md, 16#8063
     """

@@ -75,7 +75,7 @@ def test_after_a_loss_the_words_count_for_nothing_until_the_output_is_enabled_ag
 ) -> None:
     """A controller that was off shows words of 0, which must not become a position of age 0.
 
-    Done of the earlier enabling is still TRUE, because Execute is, but does not make the words
+    Done of the earlier enabling is still TRUE, because Execute is TRUE. It does not make the words
     valid.
 
     Source: docs/how-to/position.md, Age

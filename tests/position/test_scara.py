@@ -36,7 +36,8 @@ def test_where_the_tool_is(
     """At 0 degrees the arms lie along Y. Positive angles turn to -X. R is the sum and 90.
 
     With -60 and 120 degrees, arm 1 points 30 degrees above X (194.856, 112.5 mm) and arm 2 points
-    at 150 degrees (-151.554, 87.5 mm). At 179 degrees: -175 sin 179 and 225 + 175 cos 179.
+    at 150 degrees (-151.554, 87.5 mm). With axis 2 at 179 degrees, X is -175 sin 179 and Y is 225 +
+    175 cos 179.
 
     Rule: robot-coordinates, robot-arm.
     Source: public driver of the YK400XE, joints.xacro and README
@@ -53,7 +54,8 @@ def test_both_arms_reach_the_same_place(engine: str, hand: str, sign: int) -> No
     """At x = 0 and the diagonal of a right angle, 285.044 mm, axis 2 is +-90 degrees.
 
     Axis 1 is -+atan(175 / 225) = 37.875 degrees. The elbow of the right arm is at the right. R is
-    90 = 90 - 37.875 + 90 - 52.125, and for the other arm 90 + 37.875 - 90 + 52.125.
+    90 degrees: for the right arm 90 - 37.875 + 90 - 52.125, for the left arm 90 + 37.875 - 90 +
+    52.125.
 
     Rule: robot-arm.
     """

@@ -104,9 +104,10 @@ def test_the_age_counts_from_before_the_command_goes_out(engine: str) -> None:
 
 
 def test_a_turn_that_comes_late_makes_no_age() -> None:
-    """The time in which another command had the channel is before the reading.
+    """The age does not include the time in which another command has the channel.
 
-    The age counts from the scan in which that command ends: reset, data, code, answer.
+    The age counts from the scan in which that command ends. It includes reset, data, code and
+    answer.
     """
     plc = _plc()
     plc["First.Code"], plc["First.Execute"] = 0x0501, True

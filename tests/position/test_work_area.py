@@ -1,6 +1,6 @@
 """FB_WorkArea reports whether a position is inside or outside of a box or a cylinder.
 
-The position has a certain age.
+A position that is older than MaxAge counts as neither.
 """
 
 from __future__ import annotations

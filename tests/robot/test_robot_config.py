@@ -235,7 +235,8 @@ def test_a_wrong_value_in_python_is_refused_too(values: dict[str, Any]) -> None:
 def test_the_points_of_the_manuals_examples_are_there_without_a_robot_file() -> None:
     """Rule: example-points.
 
-    Where point 19 of chapter 2 is, the guide does not say; hand and arms are given by none.
+    The guide does not give the position of point 19 (chapter 2), nor the hand and arms of any
+    point.
 
     Source: guide, 4.3.1 (point 50: 10.000, -20.000, 5.000, -18.000 mm), 4.2.1 (point 100)
     """

@@ -1,4 +1,4 @@
-"""Stored data that a robot file presets."""
+"""A robot file presets stored data."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Each key of a robot file: its default value and its range of numbers."""
+"""Each key of a robot file has its default value and its range of numbers."""
 
 from __future__ import annotations
 
@@ -185,7 +185,7 @@ def test_the_defaults_of_an_axis_and_of_a_program() -> None:
         "steps": (),
         "file": "",
         "text": "",
-        "path": "",  # these two are not keys of a robot file
+        "path": "",  # path and offset are not keys of a robot file
         "offset": 0,
     }
 

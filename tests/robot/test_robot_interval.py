@@ -64,7 +64,10 @@ def test_a_change_that_comes_too_early_is_not_recognised_and_is_reported(
 
 
 def test_a_switch_off_of_si00_or_si06_is_taken_at_once() -> None:
-    """Both may turn OFF together at any time, which is not a violation. Rule: interval-stops."""
+    """SI(00) and SI(06) may turn OFF together at any time without a violation.
+
+    Rule: interval-stops.
+    """
     master = servos_on()
     master.turn_and_wait("SI12", True, 50)
     master.turn("SI00", False)

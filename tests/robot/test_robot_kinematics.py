@@ -160,7 +160,7 @@ def test_tool_and_shift_are_taken_back_exactly(
 def test_a_hand_beside_the_r_axis_is_another_arm_2() -> None:
     """The hand adds 10 degrees and 25 mm.
 
-    With both axes at 0, it is at 225 + 200 cos 10, turned.
+    With all axes at 0, the hand is at X -200 sin 10 and Y 225 + 200 cos 10.
 
     Rule: robot-hand.
     """

@@ -111,8 +111,9 @@ def _move(start: int, target: int, axis: int = 2) -> AxisMove:
 def test_the_arch_axis_goes_first_and_comes_down_last() -> None:
     """The arch axis rises by 200 in 2 s.
 
-    The others (300 in 3 s) start after 50, at 0.5 s, and arrive at 3.5 s. The arch axis has 60 of
-    its way down, 150, left then. It has done 90, so it leaves at 2.6 s and arrives at 4.1 s.
+    The other axes (300 in 3 s) start when it has risen by 50, at 0.5 s, and arrive at 3.5 s. At
+    that time, the arch axis must have 60 of its way down (150) left, so it has done 90 in 0.9 s. It
+    leaves at 2.6 s and arrives at 4.1 s.
 
     Rule: arch-motion.
     Source: remote command guide 4.2.1, arch designation, steps 1 to 4

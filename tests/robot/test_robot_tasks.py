@@ -24,7 +24,7 @@ def _running(**config: Any) -> Master:
 
 
 def _started(*programs: RobotProgram) -> Master:
-    """Return a robot after the start of its main program, which is the first of these."""
+    """Return a robot with these programs, after the start of the first, its main program."""
     master = powered_up(programs=programs)
     master.pulse("SI12")
     return master

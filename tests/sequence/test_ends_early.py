@@ -122,7 +122,7 @@ def test_a_condition_that_is_lost_on_the_way_ends_it(block: str, cause: str) -> 
 
 @pytest.mark.parametrize("block", _BLOCKS)
 def test_a_missing_answer_ends_it_at_the_time_limit_and_the_input_is_taken_back(block: str) -> None:
-    """An alarm that needs a power restart is such a case: chapter 5, 2, SI(16)."""
+    """For example, an alarm that needs a power restart is not reset: chapter 5, 2, SI(16)."""
     plc = _BLOCKS[block].ready()
     plc[f"{block}.Timeout"] = "T#300ms"
     plc.change(f"{block}.Execute", to=True, scans=30)

@@ -1,4 +1,4 @@
-"""FB_RcxJob implements the contract of Execute, and turns on a channel.
+"""FB_RcxJob implements the contract of Execute, and the order of the turns on a channel.
 
 The tests use it alone and through blocks.
 """
@@ -105,7 +105,7 @@ def test_after_the_timeout_the_command_is_held_and_the_next_one_is_told(seen: bo
 
 
 def test_a_holder_that_was_away_for_65536_turns_does_not_take_another_ones() -> None:
-    """The number of the turn is the same as its own."""
+    """After 65536 turns, the number of the current turn equals the number of the old holder."""
     plc = _plc()
     plc.change("First.Execute", to=True)
     assert _pins(plc, "First") == "Busy Active"
@@ -182,7 +182,7 @@ def test_no_ticket_is_taken_so_far_ahead_that_it_would_look_passed(ahead: int, t
 def test_a_ticket_is_shown_before_it_is_passed_on() -> None:
     """FB_WriteArea would release a turn that came and went unseen.
 
-    A block that waits for others before it can take its ticket is such a case.
+    An example is a block that waits for other blocks before it can take its ticket.
     """
     job = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
     job["Channel.NextTicket"] = job["Channel.Lowest"] = 32_767
@@ -191,7 +191,7 @@ def test_a_ticket_is_shown_before_it_is_passed_on() -> None:
     assert job["Channel.NextTicket"] == 32_767
     job["Block.Trouble"], job["Block.Settled"] = 0x8003, True
     job["Channel.Serving"] = 32_767
-    job["Channel.Lowest"] = 32_800  # whatever FB_WriteArea has left there
+    job["Channel.Lowest"] = 32_800  # any other value that FB_WriteArea may have left
     job.scan(10)
     assert job["Block.Busy"] is job["Block.Active"] is True
     assert job["Block.Request"] is False
@@ -203,7 +203,7 @@ def test_a_ticket_is_shown_before_it_is_passed_on() -> None:
 
 @pytest.mark.parametrize("answer", [0x8001, 0x8002])
 def test_a_loss_of_one_scan_ends_a_job_that_could_take_its_ticket_in_that_scan(answer: int) -> None:
-    """A jog that is refused in an emergency stop loses its refusal when the link is lost."""
+    """Example: an emergency stop refuses a jog. When the link is lost, that reason disappears."""
     job = _job(Remote=True, Trouble=0x8003)
     assert job["Channel.NextTicket"] == 0, "a command that is refused takes no ticket"
     job["Block.Trouble"], job["Block.Answer"] = 0, answer
@@ -282,7 +282,7 @@ def _twice(job: Alone) -> None:
 
 @pytest.mark.parametrize("scan", [0, 2, 3, 65_535])
 def test_a_job_that_was_not_called_in_the_scan_before_has_lost_its_turn(scan: int) -> None:
-    """Scan numbers increase by 1. The numbers of another robot may also be lower."""
+    """Scan numbers increase by 1. If the reference is another robot, its number may be lower."""
     job = _job()
     assert job["Block.Scan"] == 1
     job["Block.Scan"] = (scan - 1) % 65_536
@@ -383,7 +383,7 @@ _CHANNEL = ("NextTicket", "Serving", "Lowest", "Orphan", "Holder")
 
 
 def _out_of_place(job: Alone) -> list[object]:
-    """Call the job out of place, and check that the channel has not changed."""
+    """Call the job outside of the area blocks, and check that the channel has not changed."""
     before = [job[f"Channel.{name}"] for name in _CHANNEL]
     job["Placed"] = False
     job.scan(100)

@@ -59,7 +59,7 @@ def _until(plc: PlcBench, stage: str) -> None:
 
 
 def test_from_power_on_to_a_running_program_with_one_execute() -> None:
-    """After power-on, these inputs turn ON in this order. Source: manual chapter 5, 3.1 and 3.2."""
+    """The inputs turn ON in the order of the stages. Source: manual chapter 5, 3.1 and 3.2."""
     plc = _off()
     seen: list[str] = []
     for stage in _STAGES:

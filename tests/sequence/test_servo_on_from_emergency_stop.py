@@ -101,7 +101,7 @@ def test_refused_while_the_application_keeps_the_emergency_stop_input_off() -> N
 
 @pytest.mark.parametrize("stop", ["EarlyStop", "EmergencyStop"])
 def test_refused_while_an_emergency_stop_block_is_executed(stop: str) -> None:
-    """Either of the two blocks may be called first."""
+    """FB_EmergencyStop is called before or after the block that restarts."""
     plc = in_emergency_stop()
     plc.change(f"{stop}.Execute", to=True, scans=5)
     plc.change("Restart.Execute", to=True, scans=4)

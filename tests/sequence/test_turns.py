@@ -1,4 +1,4 @@
-"""Blocks that are still called get their turns on a channel in order, whatever others did."""
+"""Blocks that are still called get their turns on a channel in order, whatever other blocks do."""
 
 from __future__ import annotations
 

@@ -34,6 +34,6 @@ def test_a_long_run_has_no_drift() -> None:
     for _ in range(10_000):
         now_us += pace.wait_us(now_us)
         last = pace.take(now_us)
-        now_us += 170  # the work of a cycle and a late wake-up
+        now_us += 170  # time for the work of a cycle and a late wake-up
     assert last == 9999 * 5000
     assert (pace.cycles, pace.skipped) == (10_000, 0)

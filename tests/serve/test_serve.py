@@ -48,7 +48,8 @@ def test_two_controllers_are_devices_of_their_own_and_end_with_ctrl_c() -> None:
                 assert client.get_attribute(*_IDENTITY, 6) == number.to_bytes(4, "little")
                 client.get_assembly(100)
         processes = served.processes()
-        assert len(processes) >= 7  # serve; for each controller itself, adapter, cyclic part
+        # rcx serve itself, and for each of two controllers: controller, adapter, cyclic I/O.
+        assert len(processes) >= 7
         with watching(processes):
             served.interrupt()
             assert served.end() == (0, "")
@@ -175,7 +176,8 @@ def test_where_others_can_reach_it_a_warning_says_so_and_on_the_loopback_none() 
     assert [
         line.partition(" can be reached from the network: ")[0] for line in warnings(settings)
     ] == ["warning: 192.168.0.21", "warning: 0.0.0.0"]
-    # Below the ports that the system assigns. All addresses of the machine must be free.
+    # The port is below the range that the system assigns, because it must be free on all addresses
+    # of the machine.
     port = 20_000 + 2 * (os.getpid() % 5_000)
     ports = ["--port", str(port), "--io-port", str(port + 1)]
     with ServeProcess("--address", "0.0.0.0", *ports, "--quiet") as served:

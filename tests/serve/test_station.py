@@ -230,7 +230,7 @@ def test_a_broken_rule_after_skipped_cycles_says_that_this_computer_was_late(
 def test_changes_of_the_chart_are_reported_once_with_their_time(running: ServedHost) -> None:
     start = running.run(150).t_us
     running.network.send(image(_SI00 | _SI06, 0, 0, 5))
-    (change,) = running.run(20).changes  # SI(01) turns OFF; the chart does not show word 2
+    (change,) = running.run(20).changes  # only SI(01) OFF: the chart does not show word 2
     assert (change.t_us - start, change.connected, change.si) == (5000, True, "00004100")
     assert running.run(20).changes == ()
     running.network.become(OwnerState.CLOSED)

@@ -162,7 +162,7 @@ def test_the_terminal_shows_the_last_command_alarms_and_broken_rules(served: Ser
     reason="it needs a pseudo-terminal, and loopback addresses besides 127.0.0.1",
 )
 def test_a_terminal_gets_the_table() -> None:
-    """Other outputs get lines, as the other tests of real processes check."""
+    """Pipes and files get lines, which other tests of real processes check."""
     ours, terminal = os.openpty()
     process = subprocess.Popen(
         [sys.executable, "-m", "rcx_harness", "serve", "--address", *own_addresses(1)],

@@ -1,4 +1,4 @@
-"""Processes that hang are reported at that time, tested in virtual time."""
+"""A process that gives no sign of life for 2 s is reported. The tests use virtual time."""
 
 from __future__ import annotations
 

@@ -289,7 +289,7 @@ def test_a_port_that_is_taken_is_one_clear_message(hosts: list[ServedHost]) -> N
 
 
 def test_without_aiohttp_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The package is not on an index, but the missing library is."""
+    """The message names aiohttp and not an extra of this package, which is not on an index."""
     monkeypatch.delitem(sys.modules, "rcx_harness.serve.web", raising=False)
     monkeypatch.setitem(sys.modules, "aiohttp", None)
     with pytest.raises(InputError) as caught:

@@ -25,7 +25,7 @@ _DIGITS = b"9" * 5000
 
 
 def ask(*requests: Request) -> list[tuple[int, str]]:
-    """Return status and text of the answer to each method, path, header lines and body."""
+    """Send requests (method, path, header lines, body); return status and text of each answer."""
 
     async def main() -> list[tuple[int, str]]:
         server = WebServer([ServedHost(), ServedHost(address="127.0.0.2")], 0, "token")

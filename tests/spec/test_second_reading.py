@@ -187,7 +187,7 @@ def _command(reading: Reading) -> spec.Command:
 
 
 def _agree(reading: Reading, wrong: Sequence[Difference]) -> None:
-    """Fail with the places, the values that are judged differently, and one request of each."""
+    """Fail if there are differences, with the places, values, and one request per place."""
     found: dict[tuple[Place, bool], list[Difference]] = {}
     for each in wrong:
         found.setdefault((each.part, each.legal), []).append(each)

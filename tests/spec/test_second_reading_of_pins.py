@@ -134,7 +134,7 @@ def test_the_inputs_and_their_defaults_are_those_of_the_reading(block: Pins) -> 
 
 @every_block_of_the_reading
 def test_the_ranges_in_the_comments_of_the_pins_are_those_of_the_sections(block: Pins) -> None:
-    """Both ends are legal, and the numbers next to them are not.
+    """Both ends of a range are legal, and the numbers beyond the ends are not.
 
     The range of an array is for its elements.
 

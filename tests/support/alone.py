@@ -9,7 +9,7 @@ from structured_text.engines.base import Value
 
 
 class Alone:
-    """The instance `Block` of a block, called once in each scan.
+    """A program that calls one block of the library, its instance `Block`, once in each scan.
 
     The program increments the scan number. A job counts as called in its scan while `Placed` is
     TRUE.

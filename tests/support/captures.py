@@ -138,12 +138,12 @@ class Story:
     Args:
         plc: Address of the PLC.
         controller: Address of the controller.
-        o_to_t: Connection id to the controller.
-        t_to_o: Connection id from it.
-        group: The multicast group that the controller sends to, if it does.
+        o_to_t: Connection id of packets to the controller.
+        t_to_o: Connection id of packets to the PLC.
+        group: The multicast group to which the controller sends; empty for unicast.
 
     Attributes:
-        packets: The packets so far: microseconds, IP packet.
+        packets: The packets so far, each as its time [us] and the IP packet.
     """
 
     def __init__(

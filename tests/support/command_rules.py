@@ -20,13 +20,13 @@ class RobotView:
 
     Attributes:
         now: Time of this scan.
-        last: Time of the scan before.
-        connected: The link is up.
-        cpu_ok: SO(01).
+        last: Time of the previous scan.
+        connected: Whether the link is up.
+        cpu_ok: Whether SO(01) is ON.
         status: The remote status.
         alarm: The first two words of the response.
-        out: A code has been on the wire since the last scan.
-        running: The code has been answered with a status.
+        out: Whether a code has been on the wire since the last scan.
+        running: Whether a status has answered the code.
         channel: The turns of the command channel.
         asking: The block that requests its command in this scan.
     """
@@ -45,11 +45,11 @@ class RobotView:
 
 @dataclass
 class CommandRule:
-    """A block, whose pins are attributes.
+    """The model of a block. The pins are attributes.
 
     Attributes:
-        refused: ErrorID of its inputs; 0 if they are legal.
-        ended: The last call ended the job.
+        refused: ErrorID for illegal inputs; 0 if the inputs are legal.
+        ended: Whether the last call ended the job.
     """
 
     execute: bool = False

@@ -150,7 +150,7 @@ class ContractBench:
         self._prepare()
 
     def _prepare(self) -> None:
-        """Power up: SI(00) and SI(06) ON and settled, unless the block begins with a held input."""
+        """Power up until SI(00) and SI(06) are ON and settled, except an input that is held OFF."""
         self._put("Main.Block.Timeout", f"T#{TIMEOUT_SCANS * SCAN_US // 1000}ms")
         if self.block in SCENARIOS:
             for name, value in SCENARIOS[self.block].inputs.items():
@@ -227,7 +227,7 @@ class ContractBench:
         """Run one case: the disturbed run, the recovery, then a normal run of the block.
 
         Raises:
-            CaseFailure: with the case and the last scans.
+            CaseFailure: the case failed; the message has the case and the last scans.
         """
         snapshot, self._now_us, self._si, monitor = self._start
         self.program.restore(snapshot)

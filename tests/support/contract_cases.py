@@ -111,9 +111,9 @@ class Case(NamedTuple):
     Attributes:
         pattern: The course of Execute.
         fate: The course of a remote command.
-        signal: The answering output that `shown` is about; empty for none.
+        signal: The output with the answer, to which `shown` applies; empty for none.
         shown: The way in which this output is shown.
-        delay: Scans by which the controller answers later than at once.
+        delay: Delay of the controller's answers [scans].
         event: An additional event in the cell.
         at: Scan of the event, counted from the rising edge of Execute.
     """

@@ -17,13 +17,13 @@ class Fate(NamedTuple):
 
     Attributes:
         name: Name of the case for messages.
-        silent: Scans with the status 0x0000 after the code has come.
-        running: Scans with 0x0100 after these.
+        silent: Number of scans with the status 0x0000 after the code has come.
+        running: Number of scans with the status 0x0100 after the silent scans.
         end: The end status; 0x0000 for a command that is lost.
         response: Words that come with the end status.
-        reset: Scans for which the end status stays after the code 0x0000.
-        stale: Scans from the start with a status 0x0200 that was not requested.
-        error: ErrorID of the end, if nothing else happens; 0x0000 for Done.
+        reset: Number of scans in which the end status stays after the code 0x0000.
+        stale: Number of scans from the start with a status 0x0200 that was not requested.
+        error: ErrorID of the block if no other event happens; 0x0000 for Done.
     """
 
     name: str
@@ -66,7 +66,7 @@ SIGNAL_FATES = ("normal", "late", "too late", "never", "withdrawn", "flickering"
 _LATE = 3
 _JOG = (0x020, 0x021, 0x022)
 _CONTINUOUS = (0x505, 0x506)
-#: A bit of an output port and a whole port; both have the same form here.
+#: Codes of the commands that write a bit of a port, and read a port.
 _WRITE, _READ = 0x301, 0x304
 _OUTPUTS = 34
 
@@ -85,7 +85,7 @@ class Start(NamedTuple):
 
     Attributes:
         outputs: Dedicated outputs that are ON besides CPU_OK, MP RDY and AUTO mode.
-        missing: Those of SO01, SO04 and SO10 that are OFF at first and turn ON by themselves.
+        missing: The outputs among SO01, SO04 and SO10 that are OFF at first and turn ON later.
     """
 
     outputs: tuple[str, ...] = ()
@@ -102,11 +102,11 @@ class Player:
     """The controller: each call of `step` takes the written area and returns the area to read.
 
     Attributes:
-        emergency: An emergency stop is active that does not come from SI(00).
-        alarm: An alarm comes with the next call.
-        cpu_ok: FALSE: the controller is not in its normal state.
-        auto: FALSE: the controller is not in AUTO mode.
-        takes_jobs: A robot program takes jobs of FB_ProgramCall, and completes them at once.
+        emergency: Whether an emergency stop is active that does not come from SI(00).
+        alarm: Whether an alarm comes with the next call.
+        cpu_ok: Whether the controller is in its normal state.
+        auto: Whether the controller is in AUTO mode.
+        takes_jobs: Whether a robot program takes jobs of FB_ProgramCall and completes them at once.
     """
 
     def __init__(self) -> None:
@@ -116,9 +116,9 @@ class Player:
         """Begin a case.
 
         Args:
-            start: State from which it begins.
+            start: State of the controller at the beginning.
             fate: The course of commands.
-            signal: The dedicated output that `shown` is about; empty for none.
+            signal: The dedicated output to which `shown` applies; empty for none.
             shown: The way in which that output is shown, one of SIGNAL_FATES.
             delay: Number of scans by which the PLC's data arrive late.
         """

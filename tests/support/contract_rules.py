@@ -50,13 +50,13 @@ class Subject(NamedTuple):
     """The properties of the block under test.
 
     Attributes:
-        codes: Remote commands that it may send; empty for a sequence.
-        level: It works while Enable is TRUE.
-        patient: The block waits for the connection and does not end without it.
-        means: Dedicated outputs that Done (Valid) stands for, as mask and value.
-        legal: Returns whether a telegram of 16 words is legal.
-        several: It sends several commands for one rising edge.
-        ahead: Scans of work before its code goes out.
+        codes: Remote commands that the block may send; empty for a sequence.
+        level: Whether the block works while Enable is TRUE.
+        patient: Whether the block waits for the connection instead of ending without it.
+        means: Dedicated outputs for which Done (Valid) stands, as mask and value.
+        legal: A function that returns whether a telegram of 16 words is legal.
+        several: Whether the block sends several commands for one rising edge.
+        ahead: Number of scans in which the block works before it sends its code.
     """
 
     codes: frozenset[int]

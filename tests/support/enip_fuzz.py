@@ -1,14 +1,14 @@
 """Malformed and hostile input for the EtherNet/IP adapter, with well-behaved peers beside it.
 
-`make test` runs a short, seeded part of it, `make fuzz` any length:
+`make test` runs a short part with a fixed seed. `make fuzz` runs for any time:
 
     make fuzz FOR=60s SEED=1        (or COUNT=20000)
 
-After every few attacks a client that behaves reads the device, and a master's cyclic connection
-runs all the while. What must hold: each attack is answered with frames of the protocol, or its
-connection is closed; the peers that behave notice nothing; the adapter's memory and open files
-stay bounded; assembly 150 holds nothing that the master has not sent. The same seed and number
-give the same attacks.
+After every few attacks a well-behaved client reads the device, and a master's cyclic connection
+runs all the time. These rules must hold. The adapter answers each attack with frames of the
+protocol, or closes its connection. The well-behaved peers are not disturbed. The adapter's memory
+and open files stay bounded. Assembly 150 contains only data from the master. The same seed and
+number give the same attacks.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _GROWTH_KIB = 24_000
 
 
 class FuzzFailure(AssertionError):  # noqa: N818 - a failed assertion
-    """The adapter broke one of the rules above."""
+    """The error for an adapter that breaks a rule in the head of this module."""
 
 
 @dataclass
@@ -71,7 +71,7 @@ class Bench:
         """Check that master and reader are undisturbed, and the model has no data of the attacker.
 
         Raises:
-            AssertionError: it is not so.
+            AssertionError: a peer is disturbed, or the adapter complains.
         """
         complaint = self.complaints.read_text(errors="replace")
         assert not complaint, f"the adapter complains: {complaint[:2000]}"
@@ -122,7 +122,7 @@ def fuzz(
     """Attack until `goal(number of attacks)` is true.
 
     Raises:
-        FuzzFailure: with seed and number of the attack after which something was wrong.
+        FuzzFailure: a rule was broken; the message has seed and number of the attack.
     """
     report = Report(seed)
     attacker = Attacker(target.target(), Random(seed), report)

@@ -173,7 +173,7 @@ _GIVEN_TO: dict[str, Meaning] = {
         },
         "value": lambda value: {"BitValue": value == 1},
     },
-    "FB_ReadProgramInfo": {"method": _nothing},  # the block itself is the method
+    "FB_ReadProgramInfo": {"method": _nothing},  # the block is the method
     "FB_ReadTorqueOfMax": _TORQUE,
     "FB_ReadTorqueOfRated": _TORQUE,
 }

@@ -81,8 +81,8 @@ def trace_of(example: Example, program: list[Path], folder: Path) -> list[str]:
     """Return the changes in an example's trace, with the program taken from other files.
 
     Args:
-        example: Says what happens to the program.
-        program: All its files; the library is not searched.
+        example: The example, which gives the robot, the events and the duration of the run.
+        program: All files of the program; the library is not searched.
         folder: Folder in which an empty library is made.
     """
     empty = folder / "no-library"

@@ -62,9 +62,9 @@ def differing(
     Args:
         sources: The library.
         files: Files of a tool without enumerations.
-        words: Types that the tool calls otherwise.
-        renamed: Names that it refuses.
-        pins: Name of CLK, by instance.
+        words: For each type that the tool names differently, the tool's name.
+        renamed: For each name that the tool refuses, the new name.
+        pins: For each instance of an edge detector, the tool's name of its pin CLK.
     """
     wrong, changed = [], _changes(sources, words, renamed, pins)
     for part in sources.of("FUNCTION", "FUNCTION_BLOCK", "PROGRAM"):

@@ -13,11 +13,11 @@ class FakeScanner(Scanner):
     Attributes:
         ended: Reason for the end of its connection.
         failure: Reason for the end of its process.
-        connected: Packets arrive.
-        dropped: Why packets are dropped.
-        refusal: The answer to an opening, if it is refused.
+        connected: Whether packets arrive.
+        dropped: Reason for which packets are dropped.
+        refusal: The error that `open` raises, if it is not None.
         done: The calls in their order.
-        written: The last written image, and the time until which it is valid.
+        written: The written images, each with the time until which it is valid.
     """
 
     failure = ""
@@ -37,7 +37,7 @@ class FakeScanner(Scanner):
             raise self.refusal
 
     def read(self) -> Received:
-        """Return an area of bytes 7."""
+        """Return an area in which every byte is 7."""
         return Received(bytes([7] * 48), 5, self.connected)
 
     def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None:
@@ -47,7 +47,7 @@ class FakeScanner(Scanner):
         self.written.append((image, valid_us))
 
     def drops(self) -> str:
-        """Return why packets are dropped."""
+        """Return the reason for which packets are dropped."""
         return self.dropped
 
     def statistics(self) -> ScannerStatistics:

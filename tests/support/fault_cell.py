@@ -46,7 +46,7 @@ class Library:
     Attributes:
         edge: Blocks with Robot, Execute, Done, Busy and Error.
         level: Blocks with Robot and Enable.
-        pins: Inputs and outputs of each of them.
+        pins: Inputs and outputs of each of these blocks.
         shared: The VAR_IN_OUT variables of blocks besides Robot and the program's areas: type by
         name.
         areas: The arguments for blocks that take the areas of the program, too.
@@ -323,7 +323,7 @@ class FaultCell:
         """Fail the case.
 
         Raises:
-            CaseFailure: always, with what happened last.
+            CaseFailure: always; the message has the last events.
         """
         lines = [
             f"    scan {scan}: {_signals(wire)}  {pins}"

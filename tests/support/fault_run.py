@@ -133,7 +133,7 @@ class Rig:
     def cases(self, fault: Fault, *, every: bool = False) -> list[Case]:
         """Return the cases with this fault.
 
-        With `every`, also return those that are normally left out.
+        With `every`, also return the cases that are normally left out.
         """
         answers = [Answer(fate, name) for name in self.scenario.answers for fate in _FATES]
         if fault is NONE:
@@ -184,7 +184,7 @@ class Rig:
         """Run one case.
 
         Raises:
-            CaseFailure: with the case and what happened.
+            CaseFailure: the case failed; the message has the case and the last events.
         """
         try:
             self._run(case)
@@ -258,7 +258,7 @@ class Rig:
             cell.fail(f"Done with status 0x{cell.status:04X}")
 
     def _shape(self, answer: Answer, scan: int, ended: int | None) -> None:
-        """Delay or remove the answer before a scan."""
+        """Before a scan runs, delay, remove or interrupt the answer, as the case says."""
         if answer.fate == "normal":
             return
         due = self._due(answer.signal)

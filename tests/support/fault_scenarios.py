@@ -28,8 +28,8 @@ class Scenario:
 
     Attributes:
         prepare: Brings a cell without faults into the start state of the block.
-        answers: Outputs of the controller that it waits for: `SO02`, or `Status`.
-        means: Outputs of the controller in the scan of Done (Valid), by their state.
+        answers: Outputs of the controller for which the block waits, such as `SO02` or `Status`.
+        means: Outputs of the controller with the state that they have at Done (Valid).
         inputs: Values of input pins that differ from the defaults, and rows of tables.
         waits: Number of waits, each of them limited by Timeout.
         robot: Properties of the robot that differ from the defaults.

@@ -1,7 +1,6 @@
 """Users' programs, complete with their files, and typical faults in them.
 
-A campaign finds each of these faults. The findings of a campaign in other cells must not depend on
-any of them.
+A campaign finds each of these faults.
 """
 
 from __future__ import annotations
@@ -54,7 +53,7 @@ steps = [
 when = "Main.Placed > BEFORE(Main.Placed)"
 within = "30s"
 """
-#: Two such cycles that share a tray.
+#: Two hand-written cycles that share a tray.
 _DUO_DEMANDS = '''length = "6s"
 [operator]
 buttons = ["Main.Start1", "Main.Start2", "Main.Stop", "Main.Reset1", "Main.Reset2"]

@@ -161,14 +161,14 @@ class HandshakeRules:
 
         Args:
             now: Time of the scan.
-            there: Link and CPU_OK.
+            there: Whether the link is up and CPU_OK is ON.
             status: Status as read in this scan.
-            asked: The holder of the channel requests its command.
-            hold: No new command yet.
+            asked: Whether the holder of the channel requests its command.
+            hold: Whether a new command must wait.
             code: Command code, with the robot number.
-            first: Its first data word.
-            same: Its data words are those on the wire.
-            channel: The channel, whose turn this call may pass on.
+            first: First data word of the command.
+            same: Whether the data words of the command are already on the wire.
+            channel: The channel; this call may pass its turn on.
             interval: Longest time until the controller sees a change.
         """
         seen = self._up.look(now, there and not self._lost, interval)

@@ -20,11 +20,11 @@ class LevelView(RobotView):
     """The data that only a level block uses.
 
     Attributes:
-        released: SI(06) is ON and settled.
-        stop_ok: SI(06) may be ON, according to the last scan.
-        stopped: Emergency stop, by the controller or by the PLC.
+        released: Whether SI(06) is ON and settled.
+        stop_ok: Whether SI(06) was allowed to be ON in the last scan.
+        stopped: Whether there is an emergency stop, by the controller or by the PLC.
         response: The words of the response.
-        stop_jog: A jog that was sent must stop.
+        stop_jog: Whether a jog that was sent must stop.
     """
 
     released: bool = False
@@ -42,7 +42,7 @@ class LevelView(RobotView):
 
 @dataclass
 class LevelRule:
-    """A level block, whose pins are attributes."""
+    """The model of a level block. The pins are attributes."""
 
     enable: bool = False
     timeout: int = 0

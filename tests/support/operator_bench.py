@@ -14,16 +14,17 @@ class OperatorBench(PlcBench):
     """FB_Operator with servos on, AUTO mode, the panel in manual operation, and no movement.
 
     Args:
-        engine: As for PlcBench.
-        up: False: right after the PLC's start.
-        contract: As for PlcBench; False if the test goes back to an earlier state.
-        panel: Members of the panel, set at the end.
+        engine: The engine that runs the program.
+        up: Whether the robot is powered up; if not, the PLC has just started.
+        contract: Whether the contract monitor checks each scan; False for tests that restore an
+            earlier state.
+        panel: Values of members of the panel, written at the end.
 
     Attributes:
-        refuse: Code of a command that ends with `alarm`, 0 for none; `hold` a code that gets no
-        answer.
-        alarm: Group and category.
-        sent: The words of each command that went out, in their order.
+        refuse: Code of a command that ends with `alarm`; 0 for none.
+        hold: Code of a command that gets no answer; 0 for none.
+        alarm: Group and category of the alarm.
+        sent: The words of each command that was sent, in their order.
     """
 
     def __init__(

@@ -40,14 +40,16 @@ class PartBench:
     Attributes:
         told: Commands that were executed or refused: `move 10`, `DO(20) ON`, `read DO2`.
         place: Point at which the robot stands.
-        closed: The hand is closed.
-        held: A part is in the hand.
+        closed: Whether the hand is closed.
+        held: Whether a part is in the hand.
         delivered: Parts that were put down at the target.
-        fault: How the next command ends: `refused`, `lost` and `lost-done` (no end status, not
-            executed or executed), `late` (it ends when `fault` is no more); empty: as it should.
-        powered: The controller is on; without power one output opens the hand.
-        fingers: The fingers move, and DI(43) shows that they have closed.
-        foreign: Another block switches the hand, so the place where it opens is not checked.
+        fault: The end of the next command: `refused`; `lost` (not executed, without an end status);
+            `lost-done` (executed, without an end status); `late` (it ends when `fault` is reset);
+            empty for a normal end.
+        powered: Whether the controller is on. Without power, a hand with one output opens.
+        fingers: Whether the fingers move. DI(43) shows that they have closed.
+        foreign: Whether another block switches the hand. Then the place where it opens is not
+            checked.
     """
 
     def __init__(self, engine: str = "builtin", *, outputs: int = 1, sensor: bool = False) -> None:

@@ -25,7 +25,7 @@ class PickBench(PlcBench):
         inputs_on: Inputs that are ON, as 20 for DI(20).
         follows: Inputs that follow an output: 21 is ON while DO(20) is.
         refuses: A command that ends in the alarm 12.600, such as `PTP 20 at 50`; it happens once.
-        silent: A command that never ends.
+        silent: A command that gets no end status.
     """
 
     def __init__(self, engine: str = "auto", **pins: Any) -> None:

@@ -34,7 +34,7 @@ def compiled(program: str | Path, engine: str = "auto") -> Program:
 def _compiled(
     program: str | Path, engine: str
 ) -> tuple[BuiltinProgram | NativeProgram, frozenset[str]]:
-    """Return a program as a template for instances, and the names of its steady instances."""
+    """Return a program to copy, and the names of the instances that it calls in every scan."""
     with tempfile.TemporaryDirectory() as folder:
         file = program if isinstance(program, Path) else Path(folder) / "Program.st"
         if isinstance(program, str):
@@ -114,7 +114,7 @@ class PlcBench:
         """Raise Execute of the block, if a name is given, and scan until the condition holds.
 
         Returns:
-            How many scans it took.
+            The number of scans.
         """
         if execute:
             self[f"{execute}.Execute"] = True

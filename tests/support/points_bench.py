@@ -20,10 +20,11 @@ class PointsBench(PlcBench):
     """The controller's side, which shows one status per scan: run, then the end until the reset.
 
     Attributes:
-        stored: By code of the definition (robot number in bits 15 to 12) and number: words n+2, n+6
-            to n+30 of it, the number left out.
-        sent: The telegrams that came, 16 words each.
-        refuses: Alarms of refused commands, by the number of their data.
+        stored: The stored data by two keys: the code of the definition command (with the robot
+            number in bits 15 to 12), and the number of the point or other data. A value has the
+            words n+2 and n+6 to n+30 of the definition.
+        sent: The received telegrams, 16 words each.
+        refuses: Alarms of refused commands, by the number of the point or other data.
     """
 
     def __init__(self, engine: str, program: Path = ROOT / "tests/data/library/Points.st") -> None:

@@ -1,7 +1,7 @@
-"""A controller that is exercised in everything that robot file keys decide, with its answers.
+"""Record a controller while a master tries everything that the keys of a robot file decide.
 
-The master is that of robot_master. Every cycle is recorded, together with the actions of a person
-at the cell.
+The master comes from the module robot_master. Every cycle is recorded, together with the actions of
+a person at the cell.
 """
 
 from __future__ import annotations
@@ -178,7 +178,7 @@ def _data(master: RecordedMaster) -> None:
     master.ask("WritePointComment", point=50, comment="ABC")
     master.ask("ReadPointComment", point=50)
     master.ask("AssignValue", variable1=256, value=0x40200000)
-    master.ask("AssignVariable", variable1=3, variable2=256)  # rounded or truncated
+    master.ask("AssignVariable", variable1=3, variable2=256)  # a key decides: round or truncate
     master.ask("ReadVariable", variable=3)
     master.ask("AssignValue", variable1=1, value=2_000_000_000)
     master.ask("MultiplyVariable", variable1=1, variable2=1)
@@ -287,7 +287,7 @@ def _programs(master: RecordedMaster) -> None:
 
 
 def _person(master: RecordedMaster) -> None:
-    """Do what needs a person at the cell."""
+    """Simulate the actions of a person at the cell."""
     _up(master)
     master.pulse("SI12", 120)
     master.happen("manual_mode")

@@ -35,8 +35,8 @@ class Master:
     def run(self, ms: float, *, idle: bool = False) -> None:
         """Let `ms` pass, in cycles of 5 ms.
 
-        A general-purpose input changes in every cycle, so that none of them is skipped as idle.
-        With `idle` it does not: the controller skips what it can, which is faster.
+        A general-purpose input changes in every cycle, so that no cycle is skipped as idle. With
+        `idle` no input changes, and the controller skips idle cycles, which is faster.
         """
         for _ in range(round(ms * 1000) // CYCLE_US):
             self.si[45] ^= 0 if idle else 0x80

@@ -66,7 +66,7 @@ def _start() -> tuple[Master, object]:
 
 
 def run_trip(trip: Trip) -> object:
-    """Run the steps of a trip from the same initial state, and return what it reads at the end."""
+    """Run the steps from the initial state; return the last answer, or the result of `look`."""
     master, snapshot = _start()
     master.robot.restore(snapshot)
     shown: Words = ()

@@ -33,7 +33,7 @@ _MOST_HAND, _MOST_SHIFT = 300, 500
 #: Additional tolerance for a shift and a hand on the R axis, and for zeros [pulse].
 _MOST_TURNS, _MOST_ZERO = 10, 900_000_000
 
-#: Tolerances in the heads of the blocks, in mm, degrees and pulses, and in mm.
+#: Tolerances from the heads of the blocks, by the attributes of Worst.
 LIMITS = {"place": 0.002, "turn": 0.001, "pulses": 2.0, "back": 0.02}
 
 _PROGRAM = """PROGRAM Kinematics
@@ -229,7 +229,7 @@ def _note(
     asked: Sequence[float],
     pulses: Sequence[int],
 ) -> None:
-    """Record the differences: `found` belongs to the exact `place`, `pulses` to `asked`."""
+    """Record how far `found` is from `place` (forward), and `pulses` from `asked` (inverse)."""
     worst.poses += 1
     apart = max(abs(a - b / 1000) for a, b in zip(found[:3], place[:3], strict=True))
     worst.place = max(worst.place, apart)

@@ -178,7 +178,7 @@ class _Continue(Rule):
 
 @dataclass
 class _Staged(Rule):
-    """A sequence of stages, each with the time limit. `_step` is a scan of the present stage."""
+    """A sequence of stages, each with the time limit. `_step` calculates a scan of a stage."""
 
     _was: bool = False
     _last: str = ""

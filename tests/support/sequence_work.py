@@ -16,13 +16,13 @@ class View:
     Attributes:
         now: Time of the scan.
         elapsed: Time since the last scan.
-        connected: The link is up.
+        connected: Whether the link is up.
         so: Dedicated outputs that are ON.
-        si: Dedicated inputs that are ON as applied by the last scan.
-        ok: SI(00), SI(06) were allowed to be ON in the last scan, after all holds.
-        settled: Both have been unchanged for long enough.
-        held: SI(00), SI(06) are held OFF by a block; blocks change it.
-        kept: The hold cannot be released in this scan.
+        si: Dedicated inputs that the last scan has written as ON.
+        ok: For SI(00) and SI(06): whether the last scan allowed ON, after all holds.
+        settled: Whether SI(00) and SI(06) have been unchanged for long enough.
+        held: For SI(00) and SI(06): whether a block holds the input OFF. Blocks change it.
+        kept: For SI(00) and SI(06): whether the hold cannot be released in this scan.
         asked: Inputs requested in this scan.
         turns: The turns of the sequences.
     """
@@ -57,8 +57,8 @@ class Turns:
     A job that is not called in a scan loses its turn and its place.
 
     Attributes:
-        waiting: Tickets; the first one has the turn.
-        seen: Tickets whose work was called in this scan.
+        waiting: Tickets in their order; the first has the turn.
+        seen: Tickets of the jobs that were called in this scan.
     """
 
     waiting: list[object] = field(default_factory=list)
@@ -153,7 +153,7 @@ class Work:
 
 @dataclass
 class Rule:
-    """A sequence block, whose pins are attributes."""
+    """The model of a sequence block. The pins are attributes."""
 
     execute: bool = False
     timeout: int = 0

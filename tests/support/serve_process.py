@@ -46,7 +46,7 @@ class ServeProcess:
 
     Args:
         arguments: Arguments of the command line.
-        environment: Environment of the process; None means that of this process.
+        environment: Environment of the process; None means the environment of this process.
     """
 
     def __init__(self, *arguments: str, environment: Mapping[str, str] | None = None) -> None:

@@ -18,10 +18,7 @@ def written(one: Value, name: str = "") -> str:
 
 
 def differences(names: Sequence[str], got: Sequence[Value], expected: Sequence[Value]) -> str:
-    """Return `ErrorID is 16#8011, not 16#8015; Busy is True, not False`.
-
-    Empty if they are equal.
-    """
+    """Return the differences as `Busy is True, not False`; an empty text without differences."""
     return "; ".join(
         f"{name} is {written(one, name)}, not {written(two, name)}"
         for name, one, two in zip(names, got, expected, strict=True)

@@ -13,7 +13,7 @@ class Row(NamedTuple):
         code: The expression, `{0}` and so on for the arguments.
         arguments: Type and value of each, separated by a blank.
         kind: Type of the result.
-        value: The result.
+        value: The expected result.
         alike: Whether matiec gives the same value.
     """
 

@@ -15,8 +15,8 @@ from standard_texts import TEXTS
 
 # --- shifts and rotations (table 25) ---
 
-#: For each width: the bits 10..01, and the results of shifting them by 1 to the left, by the width
-#: less 1 to the left, by 1 to the right, and of rotating them by 1 to the left and to the right.
+#: For each width: the bits 10..01, then five results: SHL by 1, SHL by the width less 1, SHR by 1,
+#: ROL by 1 and ROR by 1.
 _BITS = {
     ("BYTE", 8): (0x81, 0x02, 0x80, 0x40, 0x03, 0xC0),
     ("WORD", 16): (0x8001, 0x0002, 0x8000, 0x4000, 0x0003, 0xC000),

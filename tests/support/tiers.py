@@ -45,7 +45,7 @@ def sampled(rows: Iterable[Any], every: int) -> list[Any]:
 
     Args:
         rows: The values; a tuple has the values of several parameters.
-        every: The quick tier keeps the first row and each row of this distance.
+        every: Distance of the rows that the quick tier keeps, beginning with the first.
     """
     return [
         pytest.param(

@@ -16,9 +16,9 @@ _SEEN = (
 
 
 def as_windows(folder: Path) -> dict[str, str]:
-    """Return the environment of such a process; its children read a file in this folder, too.
+    """Return the environment; the process and its children read a file in this folder.
 
-    They print in code page 1252, as Python does on Windows into a file or a pipe.
+    The processes print in code page 1252, as Python does on Windows into a file or a pipe.
     """
     told = folder / "windows.json"
     lacks = {name: sorted(hidden_on(name, "win32")) for name in _SEEN}

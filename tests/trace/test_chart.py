@@ -1,4 +1,4 @@
-# ruff: noqa: RUF001 - the chart is drawn with these
+# ruff: noqa: RUF001 - these characters draw the chart
 from __future__ import annotations
 
 import re

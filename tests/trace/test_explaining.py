@@ -71,8 +71,8 @@ def test_an_answer_that_never_came_has_a_line(si: int, so: int, expected: set[st
     [
         (6, 302, ["SO(11)"]),  # origin incomplete
         (6, 301, ["SO(02)"]),  # servo off
-        (12, 400, ["SI(06)"]),  # standard in stop on
-        (2, 334, []),  # over soft limit: there is no signal for it
+        (12, 400, ["SI(06)"]),  # alarm 12.400, "standard in stop on"
+        (2, 334, []),  # no signal shows "over soft limit"
     ],
 )
 def test_the_signal_of_an_alarm_that_ended_a_command_has_a_line(

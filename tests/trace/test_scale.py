@@ -1,4 +1,4 @@
-# ruff: noqa: RUF001 - the chart is drawn with these
+# ruff: noqa: RUF001 - these characters draw the chart
 """Charts with a time axis that is true to scale."""
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from rcx_harness.trace.scale import scaled_svg, scaled_text
 from structured_text.language.types import ElementaryType, EnumType, Type
 
 SVG = "{http://www.w3.org/2000/svg}"
-#: The length of the longest name; with two spaces and 80 characters for the lanes.
+#: Length of the longest name. WIDTH adds two spaces, and 80 characters for the lanes.
 NAMES = len("Remote command code")
 WIDTH = NAMES + 2 + 80
 STATE = EnumType("STATE", ("IDLE", "RUN"))

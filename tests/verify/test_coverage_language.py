@@ -85,15 +85,15 @@ def test_three_evaluations_give_mcdc_of_two_conditions(run: Run) -> None:
 @pytest.mark.parametrize(
     ("code", "vectors", "deciding"),
     [
-        # A OR_ELSE B: TRUE and skipped, FALSE and FALSE; B never TRUE.
+        # A OR_ELSE B: first A is TRUE and B is skipped, then both are FALSE. B is never TRUE.
         ([0, 1, "OR_ELSE"], [0b10_01, 0b00_00], "TF F"),
-        # (A AND_THEN B) OR_ELSE C. Only A FALSE, C FALSE: A and C may have decided.
+        # (A AND_THEN B) OR_ELSE C with A and C FALSE, and B skipped: A and C may have decided.
         ([0, 1, "AND_THEN", 2, "OR_ELSE"], [0b010_000], "F - F"),
-        # The same with A and B TRUE: both have decided, and C is skipped.
+        # The same decision with A and B TRUE: both have decided, and C is skipped.
         ([0, 1, "AND_THEN", 2, "OR_ELSE"], [0b100_011], "T T -"),
-        # A FALSE, C TRUE: only C has decided, whatever B is.
+        # The same decision with A FALSE and C TRUE: only C has decided, whatever B is.
         ([0, 1, "AND_THEN", 2, "OR_ELSE"], [0b010_100], "- - T"),
-        # A XOR B: both decide as TRUE and as FALSE, but with the same outcome, so no MC/DC.
+        # A XOR B: each was TRUE and FALSE, but the outcome was TRUE both times, so no MC/DC.
         ([0, 1, "XOR"], [0b01, 0b10], "F F"),
     ],
 )
@@ -156,7 +156,8 @@ def test_a_decision_that_is_come_to_again_inside_itself_keeps_both(run: Run) -> 
     body = "  A.On := TRUE;\n  A.Next := ADR(B);\n  Both := A.All();\n"
     result = run(body, declared, {}, before=before)
     (decision,) = [one for one in result.decisions if "AND_THEN" in one.text]
-    # B: On is FALSE, the others are skipped. A: On is TRUE, Next exists, All of B is FALSE.
+    # Instance B: On is FALSE, so the other two conditions are skipped. Instance A: On is TRUE, Next
+    # is not 0, and All of B returns FALSE.
     assert dict(decision.vectors) == {0b110_000: False, 0b000_001: False}
 
 
@@ -260,13 +261,13 @@ END_FUNCTION_BLOCK
 
 
 def test_functions_methods_and_properties_count_with_their_lines(run: Run) -> None:
-    """All are in one file. Parts that are not called are reported with their own lines."""
+    """One file has all of them. Parts that are not called are reported with their own lines."""
     body = "  Axis.MoveTo(Target := n);\n  n := Axis.Position;\n"
     result = run(body, "    Axis : FB_Axis;\n    n : INT;\n", {"n": 4}, before=_METHODS)
     assert sorted(result.pous) == [("FB_Axis", 6, 0), ("FB_Axis.MoveTo", 8, 1),
                                    ("FB_Axis.Position.Get", 17, 1), ("FB_Axis.Position.Set", 20, 0),
                                    ("F_Half", 1, 1), ("P", 26, 1)]  # fmt: skip
-    # The line of an IF with its statements is executed where all of these are.
+    # A line with an IF and its statements counts as executed if all of them were executed.
     assert missing(result) == "3, 11, 21, 24"
     assert sorted(gap.line for gap in gaps([result])) == [3, 10, 21, 24]
 
@@ -351,7 +352,7 @@ _DTD = {"coverage": (["sources", "packages"], {"lines-covered", "lines-valid", "
 
 @pytest.fixture
 def result(run: Run) -> FileResult:
-    """Return a result of 9 lines with statements, of which 5 are executed completely."""
+    """Return a result of 11 lines with statements, of which 7 are executed completely."""
     body = "  Axis.MoveTo(Target := n);\n  n := Axis.Position;\n"
     declared = "    Axis : FB_Axis;\n    n : INT;\n"
     return run(body, declared, {"n": 4}, before=_METHODS)
@@ -379,7 +380,8 @@ def test_cobertura_is_as_its_dtd_wants_it(result: FileResult, tmp_path: Path) ->
         "branch": "true",
         "condition-coverage": "50% (1/2)",
     }
-    # Lines 3, 4, 10, 11, 13, 14, 18, 21, 24 and the two of P; branches: one of each IF.
+    # 11 lines have statements: 3, 4, 10, 11, 13, 14, 18, 21, 24 and two of P. Lines 3, 11, 21 and
+    # 24 are not executed. Each IF has two branches, of which one is executed.
     assert (root.get("lines-covered"), root.get("lines-valid")) == ("7", "11")
     assert (root.get("branches-covered"), root.get("branches-valid")) == ("2", "4")
     assert root.get("line-rate") == "0.6364"
@@ -403,7 +405,7 @@ def test_records_of_lcov_stand_at_lines_with_statements(result: FileResult) -> N
 
 
 def test_lcov_takes_the_conditions_of_a_line_as_one_group(run: Run) -> None:
-    """Two conditions belong to one decision, one to another. lcov 2.2 shows f and t of each."""
+    """The first decision has two conditions, the second has one. lcov 2.2 shows f and t of each."""
     body = "  X := A AND B; X := NOT A;\n"
     result = run(body, "    A, B, X : BOOL;\n", {"A": True, "B": True}, {"B": False})
     lines = tracefile([result], mcdc=True).splitlines()

@@ -163,7 +163,7 @@ def test_the_robot_reads_the_data_while_the_strobe_is_on(
     ],
 )
 def test_the_robot_writes_the_data_before_its_strobe(folder: Path, program: str, said: str) -> None:
-    """Both orders come in the same cycle and packet. Only the statements show the difference."""
+    """Data and strobe come in one packet in either order. Only the statements show the order."""
     with _started(_cell(folder, _TO_PLC, f"{program}\nWAIT SI(27)=1")) as cell:
         cell.scan(5)
         cell["Main.OutputArea[34]"] = 1

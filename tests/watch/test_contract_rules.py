@@ -56,11 +56,12 @@ def judge(
     """Return the violations of a block, with the scan.
 
     Args:
-        scans: A word for each scan, a letter for each pin that is TRUE: the first of its name,
-            `A` is Active and `C` CommandAborted; `X` is Execute, `I` an ErrorID that is not 0.
+        scans: A word for each scan. A word has a letter for each pin that is TRUE: B Busy, D Done,
+            E Error, V Valid, A Active, C CommandAborted, X Execute, N Enable, and I if ErrorID is
+            not 0.
         pins: The pins that the block has.
-        steady: Its call is certain.
-        inner: It is inside of another block.
+        steady: Whether the program calls the block in every scan.
+        inner: Whether the block is inside of another block.
     """
     letters = {"X": "Execute", "I": "ErrorID", "N": "Enable", "C": "CommandAborted", "A": "Active"}
     letters |= {"D": "Done", "B": "Busy", "E": "Error", "V": "Valid"}

@@ -23,12 +23,12 @@ class Scan(NamedTuple):
     """The data that a scan reads and writes. All other bytes of the areas are zero.
 
     Attributes:
-        ms: Time.
-        bits: The dedicated inputs, n+32 and n+33.
-        code: The word n.
-        data: Bytes by their offset.
-        status: The word m, as read.
-        cpu_ok: SO(01), as read.
+        ms: Time of the scan [ms].
+        bits: The dedicated inputs, bytes n+32 and n+33 as a word.
+        code: The command code, word n.
+        data: Other bytes of the written area, by their offset.
+        status: The status, word m, as the PLC has read it.
+        cpu_ok: SO(01), as the PLC has read it.
         connected: The status of the PLC's scanner.
     """
 
@@ -122,7 +122,9 @@ def test_changes_100_ms_apart_break_nothing(changes: tuple[tuple[float, int], ..
 
 @pytest.mark.parametrize("safety", [SI00, SI06])
 def test_a_safety_switch_off_is_free_but_restarts_the_interval(safety: int) -> None:
-    """The time is 110 ms after its own last change, but 60 ms after the switch-off.
+    """SI(15) changes 60 ms after the switch-off, which is too early.
+
+    The last change of SI(15) itself is 110 ms ago.
 
     Source: manual chapter 5, 3, caution: also between different dedicated inputs.
     """

@@ -1,10 +1,10 @@
-"""The decisions of the bridge, as a function of its two sides; no sockets, no clock.
+"""Decide in each exchange what the bridge sends to PLC and robot, without sockets and clock.
 
-The PLC's words are sent to the robot only while both sides are connected. After any loss they are
-sent again only after the PLC has shown that it has noticed the loss. Until then the robot receives
-zeros: SI(00) and SI(06) OFF stop the robot like a lost connection (manual chapter 1, 5), but within
-one packet, and the connection stays open and shows the robot's state. The words are in the PLC's
-holding registers.
+The PLC's words are sent to the robot only while both sides are connected. After any loss the words
+are sent again only when the PLC has shown that it has noticed the loss. Until then the robot
+receives zeros: SI(00) and SI(06) OFF stop the robot like a lost connection (manual chapter 1, 5),
+but within one packet. The connection stays open and shows the robot's state. The words are in the
+PLC's holding registers.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ __all__ = [
 
 _LAST = 0xFFFF
 _AT_ONCE = 120
-"""Registers per request: Modbus allows 125 to be read and 123 to be written. The number is even, so
-that no double word of the area is divided."""
+"""The largest number of registers in one request: Modbus allows 125 to be read and 123 to be
+written. The number is even, so that no double word of the area is divided."""
 
 
 def words_of(area: bytes) -> tuple[int, ...]:
@@ -42,7 +42,7 @@ def words_of(area: bytes) -> tuple[int, ...]:
 
 
 def area_of(words: Sequence[int]) -> bytes:
-    """Return the bytes of an area, twice as many as words; each word is 0 to 65535."""
+    """Return the bytes of an area with these words; each word is 0 to 65535."""
     return struct.pack(f"<{len(words)}H", *words)
 
 
@@ -59,7 +59,7 @@ class Registers:
         size: Bytes of each area, 48 or 256.
 
     Raises:
-        InputError: a size that no area has, registers that do not exist or that overlap.
+        InputError: no area has the size, or registers do not exist, or they overlap.
     """
 
     read: int = 0
@@ -67,7 +67,7 @@ class Registers:
     size: int = SIZE
 
     def __post_init__(self) -> None:
-        """Check size and registers."""
+        """Raise InputError if size and registers are wrong."""
         check_size(self.size)
         for name, first in (("--read", self.read), ("--write", self.write)):
             if not 0 <= first <= _LAST - self.words:
@@ -91,7 +91,7 @@ class Registers:
         return f"{first} to {first + self.words}"
 
     def parts(self, first: int) -> Iterator[tuple[int, int]]:
-        """Yield the requests for an area and the word that follows it: first register and number.
+        """Yield first register and number of each request for an area and the word that follows it.
 
         With 48 bytes one request is enough, so all words come from the same scan of the PLC. With
         256 bytes the first request contains all words but the last few.
@@ -123,9 +123,9 @@ class Limits:
     """The time limits of the bridge, in microseconds.
 
     Attributes:
-        gap_us: Longest time from a request to the answer of the next request; more is a loss of the
-            PLC.
-        beat_us: Longest time without a change of the PLC's heartbeat; 0: there is no heartbeat.
+        gap_us: Longest time from a request to the answer of the next request; after a longer time
+            the PLC counts as lost.
+        beat_us: Longest time without a change of the PLC's heartbeat; 0: the PLC has no heartbeat.
         hold_us: Shortest time for which the PLC receives life word 0 after a loss.
     """
 
@@ -136,7 +136,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class PlcSeen:
-    """An answer of the PLC, which has also accepted the previous write.
+    """An answer of the PLC; the PLC has also accepted the previous write.
 
     Attributes:
         asked_us: Time of the request, in microseconds of the clock of `Bridge.step`.
@@ -161,8 +161,8 @@ class Actions:
     Attributes:
         to_robot: Assembly 150 for the next packet.
         to_plc: The area from the robot, as words.
-        life: The word that follows `to_plc`: 0 while the PLC must regard its robot as not
-            connected, else a number from 1 to 65535 that changes each time.
+        life: The word that follows `to_plc`: 0 tells the PLC that its robot is not connected;
+            otherwise a number from 1 to 65535 that changes in each step.
         reason: The reason in words; empty while the bridge runs.
     """
 
@@ -174,13 +174,13 @@ class Actions:
 
 
 class Bridge:
-    """The state machine between the two sides.
+    """The state machine between PLC and robot.
 
     The handshake after a loss has three parts. First the PLC receives life word 0 and zeros for at
-    least `hold_us`. Then its heartbeat, if it has one, must change twice, which proves that
-    a whole scan of its program has run since it accepted the zeros. Last, it must have cleared the
-    remote command and the dedicated inputs. Only then does the bridge run, because a command from
-    before the loss would start the robot again.
+    least `hold_us`. Then the PLC's heartbeat, if there is one, must change twice: this proves that
+    a whole scan of the program has run since the PLC accepted the zeros. Last, the PLC must have
+    cleared the remote command and the dedicated inputs. Only then does the bridge run, because a
+    command from before the loss would start the robot again.
     """
 
     def __init__(self, size: int, limits: Limits) -> None:
@@ -198,8 +198,8 @@ class Bridge:
     def step(self, now_us: int, plc: PlcSeen | Lost, robot: bytes | Lost) -> Actions:
         """Evaluate both sides once and return the outputs.
 
-        `plc` is `Lost`, too, if the last write to it failed. `robot` is the latest area of a robot
-        that sends packets. `now_us` must never go back.
+        `plc` is also `Lost` if the last write to the PLC failed. `robot` is the latest area from
+        the robot while its packets arrive. `now_us` must never go back.
         """
         self._watch_plc(now_us, plc)
         state, reason = self._judge(now_us, plc, robot)
@@ -213,7 +213,7 @@ class Bridge:
         return Actions(self._nothing, words_of(self._nothing), 0, state, reason)
 
     def _watch_plc(self, now_us: int, plc: PlcSeen | Lost) -> None:
-        """Track the PLC's heartbeat, and the time since which it has held zeros.
+        """Track the PLC's heartbeat, and the time since which the PLC's registers have been zero.
 
         The first answer after a loss is ignored, because the bridge has not written yet. The next
         answer proves that the zeros were accepted; heartbeats are counted from there.
@@ -221,7 +221,7 @@ class Bridge:
         if isinstance(plc, Lost):
             self._beat = self._zero_us = None
             return
-        if self._beat is None:  # first answer: the registers before it are unknown
+        if self._beat is None:  # the first answer has no earlier answer to compare with
             self._beat, self._beat_us = plc.beat, now_us
             return
         if self._zero_us is None and self._state is not State.RUN:
@@ -235,9 +235,9 @@ class Bridge:
     def _judge(self, now_us: int, plc: PlcSeen | Lost, robot: bytes | Lost) -> tuple[State, str]:
         """Return the new state and its reason.
 
-        The first fault counts: no answer of the PLC, a gap between two requests that is too long, a
-        heartbeat that stands still, no robot. Without a fault a running bridge continues. Otherwise
-        the handshake of `_clearing` comes first.
+        The first of these faults counts: no answer of the PLC, a gap between two requests that is
+        too long, a heartbeat that stands still, no robot. Without a fault, a running bridge
+        continues; a waiting bridge must first complete the handshake of `_clearing`.
         """
         if isinstance(plc, Lost):
             return State.NO_PLC, plc.reason

@@ -23,7 +23,7 @@ class Rate:
         median_us: Median of the round trips (read and write), in microseconds; 0: no exchange yet.
         p99_us: 99 % of the round trips took at most this long.
         max_us: The longest round trip.
-        age_us: Time since the last answer; None before the first.
+        age_us: Time since the last answer; None before the first answer.
     """
 
     per_second: float
@@ -34,7 +34,7 @@ class Rate:
 
 
 class Figures:
-    """A collection of exchanges; a thread may add while another thread reads."""
+    """The times of the last exchanges; one thread may add a time while another thread reads."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()

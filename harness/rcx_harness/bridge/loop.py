@@ -23,8 +23,8 @@ __all__ = ["Loop", "RobotLink"]
 
 _RETRY_US = 500_000
 _VALID_GAPS = 2
-"""Number of longest gaps without new data after which the robot's packets end: the bridge's process
-hangs, so the outputs of the PLC are unknown."""
+"""If the loop writes no new data for this many times `gap_us`, the packets to the robot end: the
+bridge's process hangs, so the outputs of the PLC are unknown."""
 
 
 class RobotLink(PersistentConnection):
@@ -42,7 +42,7 @@ class Loop:
     A call blocks only until the PLC answers.
 
     Args:
-        on_state: Function that is called at each change of state, with its reason.
+        on_state: Function that is called with the new state and its reason at each change of state.
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class Loop:
         self.figures = Figures()
 
     def turn(self) -> Actions:
-        """Run one exchange."""
+        """Read the PLC and the robot, decide, and write to both of them."""
         asked_us = self._clock_us()
         plc = self._look_at_plc(asked_us)
         actions = self._bridge.step(self._clock_us(), plc, self._robot.read())

@@ -72,7 +72,8 @@ class PlcLink:
             return
         try:
             made = socket.create_connection(self._address, self._connect_s)
-        except (OSError, OverflowError, UnicodeError) as error:  # also an invalid port or host name
+        # also raised for a bad port or host name
+        except (OSError, OverflowError, UnicodeError) as error:
             raise PlcError(f"no Modbus TCP connection to {self.name}: {error}") from None
         # Requests are small segments. Nagle's algorithm would delay them by 40 ms.
         made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

@@ -45,7 +45,7 @@ class BridgeOptions:
         address: Address of this machine towards the controller; empty: the system chooses.
         period_us: Time from one exchange with the PLC to the next, in microseconds.
         rpi_us: Packet interval to and from the controller, in microseconds.
-        wait: Start even if one side does not answer yet.
+        wait: Whether the bridge starts even if one side does not answer yet.
     """
 
     plc_host: str

@@ -104,7 +104,8 @@ def _begins(name: str, given: Areas, sizes: Sequence[int]) -> list[int]:
     """Return the offset of each robot's area; an area without a given offset follows the last."""
     begins = list(given) or [0] if isinstance(given, Sequence) else [given]
     for begin in begins:
-        whole(name, begin, -_LAST_BYTE, _LAST_BYTE)  # find_image refuses negative offsets
+        # negative offsets are refused later, by find_image
+        whole(name, begin, -_LAST_BYTE, _LAST_BYTE)
     if len(begins) > len(sizes):
         raise InputError(f"{len(begins)} offsets {name} are given for {len(sizes)} robot(s)")
     while len(begins) < len(sizes):
@@ -119,7 +120,7 @@ def _begins(name: str, given: Areas, sizes: Sequence[int]) -> list[int]:
 
 
 def make_agenda(link: str, connect: Elsewhere | None = None) -> Agenda:
-    """Return the agenda of a cell; if the link runs in real time, the agenda does, too."""
+    """Return the agenda of a cell; with a link in real time, the agenda waits for the clock."""
     if link != "enip-realtime" and connect is None:
         return Agenda()
     from rcx_harness.cell.live import RealTimeAgenda

@@ -46,7 +46,8 @@ if TYPE_CHECKING:
 #: Events for `Cell.inject` and for a stimulus, each with a line of help.
 EVENTS: dict[str, str] = {**SURROUNDINGS, **ROBOT_EVENTS}
 
-#: The largest seed of a command, and the largest seed of its last storm.
+#: The largest seed that a cell accepts. It exceeds the largest first seed of a command, because a
+#: campaign counts up from its first seed.
 _SEED = 2**64
 
 
@@ -55,7 +56,7 @@ class CellTimeout(BenchTimeout):
 
 
 def _keep() -> None:
-    """Do nothing: the caller has compiled the program and may use it after the cell."""
+    """Do nothing: the caller has compiled the program, and may use it again after the cell."""
 
 
 class _Snapshot(NamedTuple):
@@ -222,8 +223,8 @@ class Cell(Bench):
             dialect: The PLC tool whose behaviour the program gets; default: the tool of the
                 project's format, or plain Structured Text.
             device: The device to read if a project has several devices.
-            connect: An external controller instead of a virtual one; `robot` must be None then, and
-                `link` is not used.
+            connect: An external controller instead of a virtual controller; `robot` must then be
+                None, and `link` is not used.
             keep: Number of trace records in memory; each snapshot contains them.
             through: Function that wraps the program in an object through which the cell accesses
                 it.
@@ -356,9 +357,10 @@ class Cell(Bench):
         """Let the PLC read these bytes from its next scan on, instead of a controller's answer.
 
         Args:
-            area: The first bytes of its input area; further bytes are 0. None: the controller's
-                answer.
-            connected: The connection status that its scanner shows while it reads such bytes.
+            area: The first bytes of the PLC's input area; further bytes are 0. None: the
+                controller's answer.
+            connected: The connection status that the PLC's scanner shows while the PLC reads such
+                bytes.
             controller: The number of the controller, from 1.
         """
         self._node(controller).give_area(area, connected)
@@ -415,7 +417,7 @@ class Cell(Bench):
 
     @contextmanager
     def trying(self) -> Iterator[None]:
-        """Undo at the end of the context all changes inside it; no time passes."""
+        """At the end of the context, undo all changes that were made inside it; no time passes."""
         before = [robot.snapshot() for robot in self.robots]
         try:
             with super().trying():
@@ -426,7 +428,7 @@ class Cell(Bench):
 
     @contextmanager
     def trial_of_program(self) -> Iterator[None]:
-        """Undo at the end of the context all scans of the program that are run inside it."""
+        """At the end of the context, undo all scans of the program that were run inside it."""
         before = self.program.snapshot()
         with self._calls.apart():
             try:
@@ -457,7 +459,7 @@ class Cell(Bench):
         for node in self._nodes:
             node.link.close()
 
-    # --- what happens ------------------------------------------------------------------------
+    # --- before and after a scan --------------------------------------------------------------
 
     def _before_scan(self, now: int) -> None:
         for node in self._nodes:

@@ -19,7 +19,7 @@ from structured_text.engines.builtin.collector import CountedText, TextBranch, c
 
 __all__ = ["Plan", "count_programs", "plan_of"]
 
-#: Kinds of the instructions that never continue with the next instruction.
+#: Kinds of instructions after which a task never continues with the next instruction.
 _LEAVES = (
     *("goto", "jump", "leave", "return_", "exit_sub", "exit_task", "halt", "halt_all", "end"),
     *("resume", "resume_next", "resume_at"),
@@ -33,8 +33,9 @@ class Plan(NamedTuple):
     Attributes:
         size: Number of counters.
         branches: The branches, with lines of the file.
-        ways: By position of an instruction, the two counters of its branches: the condition holds,
-            the condition does not hold. -1: the counter of the next instruction is used.
+        ways: Two counters for each instruction with branches, by its position. The first counts how
+            often the condition holds, the second how often it does not hold. -1: the counter of the
+            first instruction in the branch is used instead.
     """
 
     size: int
@@ -107,7 +108,7 @@ class _Counter:
         found, one = self._counted.get(task.program.name), task.code.code[at]
         before, self._before[task.number] = self._before.get(task.number, -1), at
         if found is None or at not in found[0].ways or to not in (NEXT, one.jump):
-            return  # an error in the condition takes no branch
+            return  # an error in the condition: no branch was taken
         holds, fails = found[0].ways[at]
         held = self._holds(task, one, to)
         counter = holds if held else fails
@@ -119,7 +120,8 @@ class _Counter:
     def _holds(self, task: RobotTask, one: Instruction, to: int) -> bool:
         """Return whether the condition of an instruction that has just ended holds.
 
-        A WAIT continues at the same place after a time-out; its inputs are still the same.
+        After a time-out a WAIT also continues with the next instruction. Its condition is therefore
+        evaluated once more; the inputs have not changed in the meantime.
         """
         if one.kind != "wait":
             return to == NEXT
@@ -161,7 +163,7 @@ def plan_of(program: Program, offset: int = 0) -> Plan:
 
 
 def _ways(program: Program, at: int, one: Instruction) -> Iterator[tuple[int, int, str]]:
-    """Yield the branches of an instruction: 0 (condition holds) or 1 (not), target, text."""
+    """Yield each branch of an instruction: 0 (the condition holds) or 1, target and text."""
     text = program.texts[one.line - 1].partition("'")[0].strip() if program.texts else one.kind
     if one.kind == "unless":
         yield 0, at + 1, f"{text}: true"
@@ -181,14 +183,14 @@ def _ways(program: Program, at: int, one: Instruction) -> Iterator[tuple[int, in
 
 
 def _constant(assignments: Sequence[Instruction]) -> bool:
-    """Return whether the first value, the limit and the step of a FOR are numbers."""
+    """Return whether the first value, the limit and the step of a FOR are constant numbers."""
     values = (one.args[1] for one in assignments)
     signless = (one.args[0] if one.kind == "negative" else one for one in values)
     return all(one.kind == "number" for one in signless)
 
 
 def _begin_of(one: Instruction, at: int) -> int:
-    """Return the position of the statement with a branch; for a CASE that of its SELECT."""
+    """Return the position of the branching statement; for a CASE, the position of its SELECT."""
     return int(one.args[0].args[0].partition("@")[2]) if one.kind == "case" else at
 
 

@@ -1,6 +1,6 @@
-"""The connection to an external controller (`rcx serve` or a real one), as a PLC's scanner has it.
+"""The scanner's connection to an external controller (`rcx serve` or a real controller).
 
-The cell then simulates only the PLC, in real time.
+With such a connection the cell simulates only the PLC, in real time.
 """
 
 from __future__ import annotations
@@ -23,13 +23,14 @@ from structured_text.output.units import format_us
 
 __all__ = ["NAME", "Elsewhere", "FarLink"]
 
-#: The name of the link of such a cell.
+#: The name of the link of a cell with an external controller.
 NAME = "enip-connect"
 
 _LOOK_S, _REOPEN_S = 0.01, 0.1
-#: Longest wait for the packets with zeros: number of packet intervals, and least time [s].
+#: The wait for the last packets, which carry zeros, ends after this number of packet intervals, or
+#: after this time [s] if it is longer.
 _LAST_INTERVALS, _LAST_S = 4, 0.1
-#: Number of scans without new outputs after which the outputs are no longer sent.
+#: If the program writes no outputs for this number of scans, the packets to the robot end.
 _WATCHDOG_SCANS = 4
 #: Options that a hint after a refused connection may name.
 _OPTIONS = ("--size", "--rpi", "--config-instance", "--config-data", "--input-instance")
@@ -168,7 +169,7 @@ class FarNetwork:
         """Do nothing: the cell does not control the power of the controller."""
 
     def robot_connected(self, now_us: int) -> bool:
-        """Return the status of the PLC, because that of the controller is unknown."""
+        """Return `plc_connected`, because the status at the controller's end is unknown."""
         return self.plc_connected(now_us)
 
     def plc_connected(self, now_us: int) -> bool:

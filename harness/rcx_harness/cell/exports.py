@@ -20,7 +20,7 @@ def export(
     only_needed: bool = False,
     prefix: str | None = None,
 ) -> Output:
-    """Write the library, and a user's files with it, in a target's format.
+    """Write the library and a user's files in the format of a target.
 
     `target` is a key of `TARGETS`. If `lib` is None, the library of this package is exported. If
     `prefix` is None, the names of the library stay unchanged. With `only_needed`, only the parts

@@ -164,15 +164,17 @@ def _is_words(kind: Type) -> bool:
 
 
 class LocatedImage:
-    """Located variables: `%I` and `%Q`, `%M` for both, or `%M` and `%Q` as behind `rcx bridge`.
+    """A process image of located variables: `%I` and `%Q`, `%M` for both areas, or `%M` and `%Q`.
+
+    A program behind `rcx bridge` has `%M` and `%Q`.
 
     An index counts elements of its own width, as on OpenPLC: `%IW3` is bytes 6 and 7, `%ID1` bytes
     4 to 7, `%IX5.2` bit 2 of byte 5. Bytes without a variable read as zero. With `%M` and `%Q` the
     word behind the inputs is the bridge's life word. It changes in each scan. Without a connection
     it is 0, and so is the whole area.
 
-    If an area has offset 0 but no row of variables begins there, the area is the only row that is
-    long enough, because tools assign addresses such as `%IB100`.
+    If an area has offset 0 but no row of variables begins there, the only row that is long enough
+    is used, because tools assign addresses such as `%IB100`.
     """
 
     def __init__(
@@ -232,7 +234,7 @@ def _slot(item: Located) -> tuple[str, Slot]:
 
 
 def _begin(slots: list[Slot], offset: int, size: int) -> int:
-    """Return the beginning of an area: its offset, or the only row of variables for it."""
+    """Return the first byte of an area: its offset, or the start of the only row long enough."""
     rows: list[list[int]] = []
     for slot in sorted(slots, key=lambda one: one.start):
         if not slot.width:
@@ -288,7 +290,7 @@ def _value(slot: Slot, area: bytes) -> object:
 
 
 def store(area: bytearray, slot: Slot, value: Any) -> None:
-    """Write the value of a variable into its place in an area; the bits there are 0."""
+    """Write the value of a variable into an area; the variable's bits there must be 0 before."""
     end = slot.start + slot.width
     if slot.width == 0:
         area[slot.start] |= int(value) << slot.bit

@@ -19,7 +19,7 @@ from structured_text.bench.agenda import Agenda
 __all__ = ["BOTH", "DirectLink", "Link", "Network", "OwnNetwork", "PacketNetwork", "make_network"]
 
 _TO_ROBOT, _TO_PLC = 0, 1
-#: To the robot, to the PLC.
+#: Both directions of packets: to the robot, to the PLC.
 BOTH = (_TO_ROBOT, _TO_PLC)
 
 #: Shortest time in which a scanner reopens a connection.
@@ -128,10 +128,10 @@ class PacketNetwork:
 
     Packets flow while the cable is plugged in and the robot's adapter is on; an interruption also
     drops the packets under way. A side considers the connection lost when no packet has arrived for
-    `Timing.timeout_us`. The adapter also loses it with its power. After one side has lost the
-    connection, no packet flows until the other side has lost it, too, and the scanner has opened a
-    new connection. That takes at least 100 ms and a scan, so neither side misses the restart of the
-    other. Before the first packet both images are zero.
+    `Timing.timeout_us`. The adapter also loses the connection when the adapter is switched off.
+    After one side has lost the connection, no packet flows until the second side has also lost it
+    and the scanner has opened a new connection. This takes at least 100 ms and a scan, so each side
+    notices that the connection was lost. Before the first packet both images are zero.
 
     Args:
         matched: Whether master and robot have areas of the same size; otherwise there is no

@@ -35,7 +35,7 @@ _FIRST_PACKET_S = 2.0
 
 
 class RealTimeAgenda(Agenda):
-    """An agenda that executes nothing before its time has come.
+    """An agenda that returns an event only when the event is due in real time.
 
     Attributes:
         stalls: How often the agenda was so late that the cell's time was stopped.

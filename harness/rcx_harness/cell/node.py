@@ -68,7 +68,7 @@ class Node:
         self.far = member.far
         """Whether the controller is external."""
         self.matched = self.link.size == self.robot.config.size
-        """Master and robot have areas of equal size; else there is no connection."""
+        """Whether master and robot have areas of equal size; otherwise there is no connection."""
         self.cycles = 0
         self._program, self.image = program, image
         self.m, self.n = member.m, member.n
@@ -183,7 +183,7 @@ class Node:
 def status_path(program: Program, number: int) -> str | None:
     """Return `Main.Connected`, or `Main.Connected2` for controller 2, if a program has such a BOOL.
 
-    Otherwise return a BOOL of that name beside the areas; None if there is none.
+    Otherwise return the BOOL of that name in the block with the areas; None without such a BOOL.
     """
     wanted = "connected" if number == 1 else f"connected{number}"
     for name, kind in program.instances().items():

@@ -13,7 +13,7 @@ from structured_text.projects.sources import Files, SourceFiles
 
 __all__ = ["blame_lib", "default_lib", "library_folder", "library_names", "source_files"]
 
-#: The file beside the folder of a library.
+#: The file with the names that a library declares; it is in the parent of the library's folder.
 _NAMES = "library.toml"
 _PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -25,7 +25,7 @@ def source_files(
     dialect: str | None = None,
     device: str = "",
 ) -> SourceFiles:
-    """Find the files of a program, and those of the library that it needs.
+    """Find the files of a program, and the files of the library that the program needs.
 
     Args:
         program: The same as in `source_files` of `structured_text.projects.sources`.
@@ -46,7 +46,7 @@ def library_folder(lib: str | Path | None) -> Path:
 
 
 def library_names(lib: str | Path | None = None) -> Names:
-    """Return the names that a library declares, from a file beside its folder.
+    """Return the names that a library declares, from a file in the parent of its folder.
 
     A folder without such a file counts as a copy of this package's library.
     """

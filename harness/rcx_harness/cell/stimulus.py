@@ -21,9 +21,9 @@ from structured_text.output.units import parse_us
 
 __all__ = ["KEYS", "ROBOT", "Entry", "Stimulus", "entry_text", "stimulus_text"]
 
-#: Value of `area` for the controller's own answer.
+#: Value of the key `area` with which the PLC reads the controller's own answer again.
 ROBOT = "robot"
-#: Keys of an entry.
+#: Keys that an entry of a stimulus file may have.
 KEYS = (
     *("time", "set", "robot", "plc", "for", "hold", "release", "area", "connected"),
     *("controller", "expect", "force", "workpieces"),
@@ -43,7 +43,8 @@ class Entry(stimulus.Entry):
             the controller, from 1; None removes the workpiece.
         area: The bytes that the PLC reads from now on instead of the controller's answer; missing
             bytes are 0. `ROBOT`: the controller's answer again. None: no change.
-        connected: The connection status of the PLC's scanner while it reads such bytes.
+        connected: The connection status that the PLC's scanner shows while the PLC reads such
+            bytes.
         controller: Number of the controller for everything but `values`, from 1.
     """
 
@@ -103,7 +104,7 @@ class Entry(stimulus.Entry):
             cell.give_area(area, self.connected, controller=self.controller)
 
     def attempt(self, cell: Cell) -> None:
-        """Check that the entry can be applied; this sets its values."""
+        """Check that the entry can be applied. The check sets the values of the entry."""
         self.set_values(cell)
         if self.controller > len(cell.robots):
             raise InputError(

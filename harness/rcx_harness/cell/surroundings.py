@@ -84,7 +84,7 @@ _EVENTS: dict[str, Event[Surrounded]] = {
 #: Events of network and PLC by name, each with a line of help.
 EVENTS: dict[str, str] = {name: one.text for name, one in _EVENTS.items()}
 
-#: The event that undoes an event.
+#: By event: the event that undoes it.
 OPPOSITES: dict[str, str] = {
     "link_down": "link_up",
     **events.OPPOSITES,

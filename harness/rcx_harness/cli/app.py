@@ -182,7 +182,7 @@ class Later(TyperCommand):
     def make_context(
         self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any
     ) -> Any:
-        """Load the command and let it parse its own arguments, for help and completion, too."""
+        """Load the command and let it parse its arguments; help and completion also need this."""
         command = self.loaded()
         _refuse_empty_paths(command, args)
         return command.make_context(info_name, args, parent, **extra)
@@ -264,7 +264,8 @@ def main(args: Sequence[str] | None = None) -> int:
     except InputError as error:
         print(f"rcx: {error}", file=sys.stderr)
         return error.exit_code
-    except RecursionError:  # commands that know the place report the error themselves
+    # commands that know the source file and line catch this error themselves
+    except RecursionError:
         text = "expressions, statements or types are nested too deeply; divide them"
         print(f"rcx: {text}", file=sys.stderr)
         return 2

@@ -47,7 +47,7 @@ class VerifyOptions(FarmOptions, CellOptions):
         return CellsOf.of(self.files, self.of_cell(), self.properties or (), stimulus)
 
     def results(self, cells: CellsOf, out: Path, further: str = "") -> ResultFile[Any, Any]:
-        """Return the results of earlier calls that are still valid, and print the invalid ones."""
+        """Return the valid results of earlier calls; print a notice about invalid results."""
         kept, notice = saved_results(out / "results.jsonl", self._about(cells, further))
         if kept.notice:
             print(kept.notice, file=sys.stderr)

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 __all__ = ["check"]
 
-#: Endings of robot programs, and of files with all data of a controller.
+#: Name endings of robot programs, and of files with all data of a controller.
 _ROBOT_FILES = (".pgm", ".all")
 
 
@@ -86,7 +86,7 @@ def check(
         raise InputError("--stubs and --lint exclude each other")
     programs = [file for file in files or () if file.suffix.lower() in _ROBOT_FILES]
     if programs:
-        # only robot programs need the controller
+        # imported here because it loads the virtual controller, which only robot programs need
         from rcx_harness.cli.robot_files import check_robot_files
 
         check_robot_files(programs)
@@ -166,7 +166,7 @@ def _with_stubs(sources: SourceFiles, folder: Path) -> SourceFiles:
 def _refused(
     tool: Tool, sources: SourceFiles, project: Project, program: list[Path] | None
 ) -> None:
-    """Print the constructs that a tool (perhaps) refuses; end with 1 if a refusal is certain."""
+    """Print the constructs that a tool refuses or may refuse; exit with 1 if one is refused."""
     found = refused(tool, sources, project, program)
     for one in found:
         print(legible(str(one)))
@@ -191,7 +191,7 @@ def _faults(project: Project | None) -> list[Place]:
 
 
 def _compile(sources: SourceFiles, project: Project | None, faulty: Sequence[Place]) -> str:
-    """Compile with matiec, too, if the sources have a program in a form that matiec supports."""
+    """Compile also with matiec if the sources have a program in a form that matiec supports."""
     if project is not None and project.uses:
         return "; not portable: it runs on the built-in engine only"
     if any(one.fault.refused for one in faulty):

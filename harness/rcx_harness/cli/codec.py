@@ -51,7 +51,7 @@ def _designated(name: str, robot: int | None) -> int:
     """Return the designated robot, from the option or from the upper digit of the code."""
     try:
         of_code = spec.whole_number(name) >> 12
-    except ValueError:  # a name of a command, or a code with R such as 16#R001
+    except ValueError:  # `name` is the name of a command, or a code with R such as 16#R001
         return robot or 0
     if robot is not None and of_code not in (0, robot):
         hint = "leave one of them out"
@@ -60,7 +60,7 @@ def _designated(name: str, robot: int | None) -> int:
 
 
 def _check_effect(command: spec.Command, values: Mapping[str, spec.FieldValue]) -> None:
-    """Refuse a value that has no effect because of another field: its range cannot be checked."""
+    """Refuse a value that has no effect because of another field; no range is known for it."""
     fixed = {part.name: part.fixed or 0 for part in command.request}
     for part in command.request:
         value, selected = values.get(part.name), values.get(part.by, fixed.get(part.by, 0))

@@ -19,16 +19,16 @@ if TYPE_CHECKING:
 #: Default folder of the coverage report.
 _FOLDER = Path("out/coverage")
 
-#: Whether coverage is measured.
+#: The option that measures coverage.
 Coverage = Annotated[
     bool,
     typer.Option("--coverage", help="Measure the coverage of statements, branches and MC/DC."),
 ]
-#: The folder of the report.
+#: The option for the folder of the report.
 CoverageOut = Annotated[
     Path | None, typer.Option(help="Folder of the coverage report. Default: out/coverage.")
 ]
-#: The required coverage.
+#: The option for the required coverage.
 CoverFailUnder = Annotated[
     str | None,
     typer.Option(help="Exit code 1 if less of the statements and branches is covered [%]."),
@@ -41,8 +41,8 @@ def requested_collector(
     """Return the collector that the options request; None without coverage.
 
     Raises:
-        InputError: An option of coverage without --coverage, a wrong percentage, or a folder that
-            cannot take a report.
+        InputError: an option of coverage is given without --coverage, a percentage is wrong, or the
+            report cannot be written into the folder.
     """
     if not coverage:
         given = {

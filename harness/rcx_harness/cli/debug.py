@@ -35,7 +35,7 @@ from structured_text.output.files import replace_files
 
 __all__ = ["debug", "launched"]
 
-#: Printed if a person starts the command in a terminal.
+#: Message for a person who starts the command in a terminal.
 _AT_A_TERMINAL = """\
 rcx debug waits for the requests of an editor (Debug Adapter Protocol) on standard input.
 Let your editor start it: rcx debug --vscode FOLDER writes the extension for VS Code,
@@ -66,7 +66,7 @@ _OPTIONS = (
 _TOKEN, _TOKEN_LENGTH = "RCX_DEBUG_TOKEN", 16
 #: Time within which a client must launch with the token before it is disconnected [s].
 _PATIENCE_S = 10.0
-#: Arguments that clients send for their own use.
+#: Arguments of a launch that clients use themselves, so they are not options of `rcx run`.
 _OF_CLIENTS = (
     *("type", "request", "name", "noDebug", "cwd", "stopOnEntry", "recording", "debugServer"),
     *("token",),
@@ -308,7 +308,7 @@ def _options(arguments: Mapping[str, Any], given: list[Path], *, alone: bool) ->
         # After `--` no word is an option, so the sources of a client cannot become options.
         command.main([*line, "--", *files], prog_name="launch", standalone_mode=False)
     except Exception as error:
-        # some versions of typer contain click, others depend on it
+        # some versions of typer contain a copy of click, other versions depend on click
         told = getattr(error, "format_message", None)
         if told is None:
             raise

@@ -122,7 +122,7 @@ def explore(given: Options) -> None:
     """
     from structured_text.output.replays import check
 
-    # checked now, because these files are written after hours of work
+    # checked before the exploration, because these files are written after hours of work
     for name in ("broken.toml", "broken.svg"):
         check(given.out / name)
     console = Console(stderr=True)
@@ -301,7 +301,7 @@ def _faults(given: Options, known: Collection[str]) -> list[str]:
 
 
 def _inputs(given: Options, demands: Demands) -> dict[str, list[str]]:
-    """Return the values of all inputs; values from an option replace those of the operator."""
+    """Return the values of all inputs; values from an option replace the operator's values."""
     inputs: dict[str, list[str]] = {}
     for text in given.inputs or []:
         path, has_values, values = text.partition("=")

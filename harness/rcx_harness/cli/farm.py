@@ -1,4 +1,4 @@
-"""Options of the commands that distribute their work: `--workers`, `--cluster` and its details."""
+"""Options of commands that distribute their work: `--workers`, `--cluster`, cluster details."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ def import_(
     print(f"written: {counted(len(texts), 'file')} in {out}")
     spoken = dict.fromkeys(name for name, _ in project.dialects if not rules_of(name).is_standard)
     if len(spoken) == 1:
-        # An .st file does not contain the tool that it comes from.
+        # An .st file does not name the PLC tool that it comes from, so the command needs --dialect.
         print(f"run it as the project: rcx run {out} --dialect {next(iter(spoken))}")
     if foreign:
         raise typer.Exit(1)

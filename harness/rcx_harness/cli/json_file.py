@@ -55,7 +55,7 @@ class JsonOutput:
                 file=file,
                 hint="name another file, or remove this one",
             )
-        if real(file) in map(real, read):  # an empty file
+        if real(file) in map(real, read):  # reached only if the existing file is empty
             raise InputError("would be overwritten, but it is an input", file=file)
 
     @contextmanager

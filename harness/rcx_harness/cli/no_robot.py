@@ -10,13 +10,13 @@ from structured_text.errors import InputError
 
 __all__ = ["Stimulus", "refuse"]
 
-#: Options about a robot, its network, or charts of these.
+#: Options that concern a robot, its network, or the faults and charts of a cell.
 _OF_ROBOTS = (
     *("link", "size", "m", "n", "robot", "rpi", "jitter", "timeout", "phases", "on_loss"),
     *("realtime", "panel", "connect", "yes", "input_instance", "output_instance"),
     *("config_instance", "config_data", "address", "positions", "seed", "faults"),
 )
-#: Names of the options that differ from the names of their fields.
+#: By field: the name of its option, if the name is different.
 _NAMES = {"address": "from"}
 
 

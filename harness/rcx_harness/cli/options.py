@@ -1,4 +1,4 @@
-"""Options that several commands have, and their checks, whose messages name the option."""
+"""Options that several commands have, and their checks; the messages name the option."""
 
 from __future__ import annotations
 
@@ -36,22 +36,22 @@ __all__ = [
     "with_options",
 ]
 
-#: Greatest number of digits of a port or of the number of an instance.
+#: Greatest number of digits that a port or an instance number can have.
 _DIGITS = 5
 
-#: The sources of a program.
+#: The argument for the sources of a program.
 Sources = Annotated[
     list[Path],
     typer.Argument(help="ST files, projects (PLCopen XML, TwinCAT, L5X, SCL), or folders."),
 ]
-#: Files with Structured Text that replaces POUs of a project.
+#: The option for files with Structured Text that replaces POUs of a project.
 Replace = Annotated[
     list[str] | None,
     typer.Option(
         help="Use this ST file instead of a POU of a project: POU=file.st. May be repeated."
     ),
 ]
-#: The PLC tool whose behaviour a program gets.
+#: The option for the PLC tool that the program is written for.
 Dialect = Annotated[
     str | None,
     typer.Option(
@@ -59,11 +59,11 @@ Dialect = Annotated[
         "Default: the tool of the project's format, or iec."
     ),
 ]
-#: The device of a project.
+#: The option for the device of a project.
 Device = Annotated[
     str, typer.Option(help="The device to read, if a project in PLCopen XML has several.")
 ]
-#: The library to use.
+#: The option for the library to use.
 Lib = Annotated[
     Path | None, typer.Option(help="Folder of the library. Default: the library in this package.")
 ]

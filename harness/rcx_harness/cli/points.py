@@ -48,7 +48,7 @@ class Action(str, Enum):
     compare = "compare"
 
 
-#: The state after an interrupted command.
+#: The text about the controller's state after an interrupted command.
 _LEFT = {
     Action.backup: "no file was written",
     Action.compare: "nothing was compared",

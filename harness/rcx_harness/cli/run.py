@@ -73,9 +73,9 @@ EPILOG = "Events of a stimulus:\n\n" + "\n".join(f"- {one}: {EVENTS[one]}" for o
 #: Interval between progress reports [s of real time].
 _REPORT_S = 0.25
 _SLICES = 400
-#: Errors of blocks that are shown.
+#: Number of block errors that are shown.
 _MOST_ERRORS = 5
-#: Default time-out in real time: number of packet intervals, and shortest time.
+#: Default time-out in real time: this number of packet intervals, but at least this time [us].
 _PATIENT_INTERVALS, _PATIENT_US = 32, 320_000
 _MOST_SHOWN = 20
 #: Byte of SI(00) in the area to the robot (manual chapter 5, 2).
@@ -426,7 +426,7 @@ class _Safe:
             self._ever = bool(record.si[_SI_00] & 1)
 
     def told(self, cell: Bench, files: SourceFiles, options: RunOptions) -> str:
-        """Return a hint how to end the emergency stop; empty if SI(00) was ON."""
+        """Return a hint that explains how to end the emergency stop; empty if SI(00) was ON."""
         names = [] if self._ever else safety_inputs(*files.users)
         left = [name for name in names if cell[name] is False]
         if not left:

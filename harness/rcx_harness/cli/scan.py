@@ -107,6 +107,6 @@ def scan(
     try:
         held = look(options, lambda line: print(line, flush=True))
     except KeyboardInterrupt:
-        return  # connection and session are closed
+        return  # Ctrl-C ends the command; `look` has closed connection and session
     if not held:
         raise typer.Exit(1)

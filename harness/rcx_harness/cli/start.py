@@ -21,7 +21,7 @@ def main() -> int:
         The exit code: 0, 1 or 2; 3 after an error of our own, 130 after Ctrl-C, 143 after SIGTERM,
         141 if the reader of the output has closed the pipe.
     """
-    came: list[int] = []  # these signals end the command like Ctrl-C
+    came: list[int] = []  # the received signals; each of them ends the command like Ctrl-C
     try:
         from structured_text.output.system import end_as_by_ctrl_c
 
@@ -63,7 +63,7 @@ def _run() -> int:
     except UnreadError:
         streams.discard_output()
         return _UNREAD
-    except OutputError as error:  # for example a full disk
+    except OutputError as error:  # for example, the disk is full
         streams.discard_output()
         print(f"rcx: standard output cannot be written: {error.strerror}", file=sys.stderr)
         return 2

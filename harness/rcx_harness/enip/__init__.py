@@ -1,5 +1,5 @@
 """The virtual controller as an EtherNet/IP adapter, and a scanner to exchange its areas.
 
-The package cpppo holds the adapter's objects; only `objects` imports it, in the process of the
-adapter.
+The adapter's CIP objects are objects of the package cpppo. Only the module `objects` imports cpppo,
+in the process of the adapter.
 """

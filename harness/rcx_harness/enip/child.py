@@ -1,9 +1,9 @@
 """A child process that serves a part of the network, and the handle that its parent holds.
 
-Its only argument contains the settings as JSON. It writes JSON objects, one per line, to standard
-output; the first has the address at which it listens, or the reason why it cannot listen. It ends
-when its standard input ends, at the latest with its parent. If the system can fork, a child of such
-a process is a copy of it.
+The only argument of the process contains the settings as JSON. The process writes JSON objects, one
+per line, to standard output; the first has the address at which it listens, or the reason why it
+cannot listen. The process ends when its standard input ends, at the latest with its parent. If the
+system can fork, such a process starts its own child processes as copies of itself.
 """
 
 from __future__ import annotations
@@ -77,7 +77,8 @@ def run(main: Callable[[str], None]) -> None:
 
 
 def _started(module: str, argument: str) -> subprocess.Popen[str] | system.PipedCopy:
-    # Other modules may have started threads. A copy has their locks, but not the threads.
+    # A copy (fork) has the locks of other threads, but not the threads. It could wait for such a
+    # lock forever, so only a process with a single thread is copied.
     if system.COPIES and _is_child and threading.active_count() == 1:
         return system.PipedCopy(lambda: import_module(module).main(argument), module)
     return subprocess.Popen(
@@ -94,7 +95,7 @@ def how_ended(code: int | None) -> str:
     if code is None:
         return "it does not answer any more"
     if code < 0:
-        with suppress(ValueError):  # a signal without a name
+        with suppress(ValueError):  # this number of a signal has no name
             return f"killed by {signal.Signals(-code).name}"
         return f"killed by signal {-code}"
     return f"exit code {code}"

@@ -37,13 +37,13 @@ class AdapterLink:
 class LockstepLink(AdapterLink):
     """A `rcx_harness.cell.link.Link` over EtherNet/IP on the loopback interface.
 
-    The two calls of the master are explicit messages to the adapter's process and return after its
-    answer. The two calls of the robot access the adapter's memory. So every call sees the effect
-    of all calls before it, as with a `DirectLink`.
+    The methods `scanner_...` send explicit messages to the adapter's process and return after its
+    answer. The methods `robot_...` access the adapter's memory. Each call therefore sees the effect
+    of all earlier calls, as with a `DirectLink`.
 
     Raises:
         InputError: the size is wrong, or the adapter did not start.
-        ProcessDiedError: from the two calls of the master, if the adapter's process has ended.
+        ProcessDiedError: the adapter's process has ended (raised by the methods `scanner_...`).
     """
 
     def __init__(self, size: int = SIZE) -> None:

@@ -17,8 +17,8 @@ __all__ = ["CONFIGURATIONS", "INACTIVITY_S", "KINDS", "RPI_MAX_US", "AdapterOpti
 
 # The manual does not give these values; they are assumed.
 
-#: The kind of connection that each consuming connection point selects. 3 and 4 are usual for
-#: communication modules with the assemblies 100 and 150.
+#: The kind of connection that each consuming connection point selects. The points 3 and 4 are usual
+#: for communication modules with the assemblies 100 and 150.
 KINDS = {
     TO_ROBOT: ConnectionKind.EXCLUSIVE_OWNER,
     3: ConnectionKind.INPUT_ONLY,

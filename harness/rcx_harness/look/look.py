@@ -52,10 +52,11 @@ class ScanOptions:
     """The options of `rcx scan`.
 
     Attributes:
-        assemblies: Assemblies to exchange; those of 48 or 256 bytes are shown as the controller's
-            areas.
+        assemblies: Assemblies to exchange; assemblies of 48 or 256 bytes are shown as the
+            controller's areas.
         duration_us: Time to observe after the first packet, in microseconds.
-        kind: An exclusive owner drives the robot; the others send no data.
+        kind: The kind of connection. An exclusive owner drives the robot; the other kinds send no
+            data.
         writes: What an exclusive owner sends, as `NAME=VALUE`; everything else is 0.
         address: Address of this machine to send from; empty: the system chooses.
         trace: File for a trace; None: no file.
@@ -107,7 +108,7 @@ def scan(options: ScanOptions, tell: Callable[[str], None]) -> bool:
     `tell` is called with each line of the output.
 
     Returns:
-        True if the connection held; False if it was lost.
+        True if the connection existed until the end; False if it was lost.
 
     Raises:
         InputError: the options are wrong, or the controller does not answer, refuses or sends

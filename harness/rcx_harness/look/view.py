@@ -27,7 +27,7 @@ class Seen:
     Attributes:
         broken: Number of broken rules.
         cut: The error at which the recording ends too early, or None. The page shows the part
-            before.
+            before the error.
     """
 
     page: str

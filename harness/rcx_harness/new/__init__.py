@@ -25,7 +25,7 @@ CI: dict[str, str] = {
 _TEMPLATE = Path(__file__).resolve().parent / "template"
 _PLACES = [120000, -45000, 30000, 0], [-80000, 60000, 30000, 0]
 _NAME = re.compile(r"\w[\w .-]{0,59}")
-#: Names that the folder may contain already: an empty repository.
+#: Names that the folder may already contain, because an empty repository has them.
 _WELCOME = {".git"}
 
 
@@ -68,7 +68,7 @@ def new_project(
 
 
 def _points(model: RobotModel) -> list[list[int]]:
-    """Two positions in pulses that the robot can reach."""
+    """Return two positions that the robot can reach, in pulses."""
     return [
         [
             round(joint.zero + (joint.low + share * (joint.high - joint.low)) * per)
@@ -80,7 +80,7 @@ def _points(model: RobotModel) -> list[list[int]]:
 
 
 def _robot(name: str | None) -> dict[str, str]:
-    """Return the lines of the robot file for a model, or for own axes without a model."""
+    """Return the lines of the robot file for a model; without a name, for four plain axes."""
     if name is None:
         return {"@ROBOT@": ""} | {f"@POINT{k}@": str(at) for k, at in enumerate(_PLACES, 1)}
     models = robot_models()

@@ -56,7 +56,8 @@ class Place:
 class ActiveAlarm:
     """An alarm by its number `"12.600"`, and the time at which it was raised [us].
 
-    A serious alarm turns SO(03) ON until it is reset. Without a `place` the controller raised it.
+    A serious alarm turns SO(03) ON until it is reset. If `place` is None, the controller itself
+    raised the alarm.
     """
 
     number: str

@@ -40,7 +40,7 @@ def mask_of(signal: Signal) -> int:
 #: Dedicated inputs and outputs by short name (`SI00`), as masks of the dedicated word.
 INPUTS = {signal.short: mask_of(signal) for signal in signals().input}
 OUTPUTS = {signal.short: mask_of(signal) for signal in signals().output}
-#: All dedicated inputs, and the reserved bits beside them.
+#: The mask of all dedicated inputs, and the mask of the reserved bits in the same word.
 DEDICATED = sum(INPUTS.values())
 RESERVED = 0xFFFF & ~DEDICATED
 
@@ -63,7 +63,7 @@ def reserved_bytes_of(area: bytes) -> bytes:
 def build_area(general: bytearray, words: Sequence[int], dedicated: int) -> bytearray:
     """Build an output area.
 
-    `words` are the words m to m+30, or only the first two if the robot programs own the others.
+    `words` are the words m to m+30, or only the first two if robot programs write the other words.
     `dedicated` are the bytes 32 (low) and 33.
     """
     area = bytearray(general)

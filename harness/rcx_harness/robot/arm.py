@@ -19,7 +19,7 @@ __all__ = ["BRAKE", "FREE", "SERVO", "Arm", "RobotSettings", "Servos", "Settings
 BRAKE, SERVO, FREE = 0, 1, 2
 #: Numbers of the hand systems in points and commands (guide, 4.2.1).
 _RIGHT, _LEFT = 1, 2
-#: Places of the axes that turn the arms of a SCARA robot.
+#: Indices (from 0) of the axes that turn the arms of a SCARA robot.
 _PLANE = (0, 1)
 #: Default of the max. torque command value [%].
 _FULL_TORQUE = 100
@@ -45,7 +45,7 @@ class Servos:
         self.set(range(len(self.states)), SERVO)
 
     def switch_all_off(self, *, keep_free: bool = False) -> None:
-        """Switch motor power and servos OFF; apply all brakes, or all except those of free axes."""
+        """Switch motor power and servos OFF, and apply the brakes; free axes may stay free."""
         self.motor_power = False
         kept = (FREE,) if keep_free else ()
         self.states = [state if state in kept else BRAKE for state in self.states]
@@ -113,7 +113,7 @@ class Settings:
         self.torque_in_effect = list(self.torque)
 
     def lose_power(self) -> None:
-        """Restore the torque, and the other settings if so configured."""
+        """Restore the torques; restore also the other settings if the configuration demands it."""
         if self._config.power_loses_settings:
             self.restore()
         else:
@@ -132,15 +132,15 @@ class Settings:
 
 
 class Arm:
-    """One robot of the controller: its axes (places 0 to 5), its position and its settings.
+    """One robot of the controller: its axes (places 0 to 5 in the robot), position and settings.
 
-    It reads the state of the controller and has no state of its own.
+    The object reads the state of the controller and has no state of its own.
 
     Attributes:
         number: 1 to 4.
-        indices: Indices of its axes in the controller; empty if the robot does not exist.
-        model: Its type, if the robot file names one.
-        scara: Whether it is a SCARA robot.
+        indices: Indices of the robot's axes in the controller; empty if the robot does not exist.
+        model: The type of the robot, if the robot file names a type.
+        scara: Whether the robot is a SCARA robot.
     """
 
     def __init__(
@@ -204,7 +204,8 @@ class Arm:
     def hand_system(self) -> int:
         """Return the current hand system: 1 right-handed, 2 left-handed.
 
-        If the robot file names the robot's type, the joints decide, else the last command.
+        If the robot file names the robot's type, the joints decide; otherwise the last command
+        decides.
         """
         if not (self.model and self.model.scara):
             return _RIGHT + self.settings.arm_status
@@ -263,8 +264,8 @@ class Arm:
     def beyond(self, ways: Mapping[int, float], *, mm: bool, hand: int = 0) -> dict[int, int]:
         """Return the target if each coordinate changes by its distance [pulses or 0.001 mm].
 
-        In millimetres the coordinates are those of the tool, so that other axes may have to move,
-        too. `hand` is the hand system at the target, 0: the current one.
+        In millimetres the coordinates belong to the tool, so other axes may have to move as well.
+        `hand` is the hand system at the target, 0: the current one.
         """
         start = self.here
         if not mm:

@@ -70,7 +70,7 @@ class Controller:
         """Run one controller cycle.
 
         Args:
-            now_us: Time of the cycle, later than that of the cycle before [us].
+            now_us: Time of the cycle, later than the time of the previous cycle [us].
             si: The area that the master sends (n to n + size - 1); None without a connection.
 
         Returns:
@@ -189,7 +189,7 @@ class Controller:
 
     @property
     def machine(self) -> Machine:
-        """Return the complete state behind the areas."""
+        """Return the complete state from which the areas are made."""
         return self._state.machine
 
     @property
@@ -246,7 +246,7 @@ class Controller:
         """Go back to the state of a snapshot; the snapshot can be used again.
 
         Raises:
-            InputError: the snapshot is not one of a controller with this configuration.
+            InputError: the snapshot was made by a controller with another configuration.
         """
         if not isinstance(snapshot, _State) or snapshot.machine.config != self.config:
             raise InputError("this snapshot is from a controller with another configuration")

@@ -88,7 +88,7 @@ class Memory:
         return self.changed(first, data)
 
     def changed(self, point: Point, data: tuple[int, ...]) -> Point:
-        """Return a point with other data."""
+        """Return a copy of a point in which the data are replaced."""
         if not all(map(fits_integer, data)):
             raise CommandError(self.config.overflow_alarm)
         return Point(data, point.mm, point.hand, point.arm1, point.arm2)
@@ -97,7 +97,8 @@ class Memory:
         """Return shift data; all 0 if they are not defined. Shift 0 always exists.
 
         Raises:
-            CommandError: they are not defined, and the configuration has an alarm for it.
+            CommandError: the shift is not defined, and the configuration has an alarm for this
+                error.
         """
         if number and number not in self.shifts:
             self._undefined_data()
@@ -107,7 +108,8 @@ class Memory:
         """Return hand data; all 0 if they are not defined. Hand 0 always exists.
 
         Raises:
-            CommandError: they are not defined, and the configuration has an alarm for it.
+            CommandError: the hand is not defined, and the configuration has an alarm for this
+                error.
         """
         key = (robot or 1, number)
         if number and key not in self.hands:

@@ -180,7 +180,7 @@ class Definition:
         return every[self.option2 - 1] if 1 <= self.option2 <= len(every) else None
 
     def sound(self, config: RobotConfig) -> bool:
-        """Return whether the axis of the item exists, or the item needs none."""
+        """Return whether the item's axis exists, or the item does not need an axis."""
         of_axis = self.name(config).removesuffix(HIGH_WORD) in QUANTITIES_OF_AXIS
         return not of_axis or self.axis(config) is not None
 
@@ -270,7 +270,7 @@ class Data:
         return (value >> 16 if name.endswith(HIGH_WORD) else value) & 0xFFFF
 
     def _of_axis(self, index: int) -> dict[str, int]:
-        """Return torques and duty [%], position [pulses], time [s] and way [mm] of an axis."""
+        """Return torque or duty [%], position [pulses], time [s] or distance [mm] of an axis."""
         accumulated, torques = self.accumulated, self.torques
         return {
             "motor_duty": abs(torques.of_rated(index)),

@@ -1,10 +1,10 @@
 """Coordinates of a robot in millimetres, and the curves that its tool follows in them.
 
 Coordinates 1 to 3 are X, Y and Z, the fourth is the rotation R about Z. A factor for each axis
-converts pulses to joints, and the kinematics convert joints to the place of the flange. The hand is
-the offset from the flange to the tool; a hand on the R axis turns with that axis. The shift moves
-the coordinates and turns them about its own origin. Lengths are in 0.001 mm, angles in 0.001
-degree, as on the wire.
+converts pulses to joint values, and the kinematics convert joint values to the position of the
+flange. The hand is the offset from the flange to the tool; a hand on the R axis turns with that
+axis. The shift moves the coordinates and turns them about its own origin. Lengths are in 0.001 mm,
+angles in 0.001 degree, as on the wire.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class Frame:
         return self.kinematics.bend(self._joints(pulses))
 
     def tool_to_mm(self, mm: Sequence[float], way: Sequence[float]) -> tuple[float, ...]:
-        """Return the place of the tool after a movement from `mm` by `way` in tool coordinates.
+        """Return the position of the tool after a movement from `mm` by `way` in tool coordinates.
 
         If the hand is mounted on the R axis, the R axis turns these coordinates. Otherwise they are
         parallel to the coordinates of the robot.
@@ -138,15 +138,15 @@ class Curve(Protocol):
     """A curve; a position on it is given by a part of its length, 0 to 1.
 
     Attributes:
-        length: Length in X, Y and Z, or the distance of the other axes together if that is longer.
-        samples: Number of parts in each of which the curve counts as straight.
+        length: Length in X, Y and Z; if the other axes together move farther, their distance.
+        samples: Number of parts of the curve; each part is treated as straight.
     """
 
     length: float
     samples: int
 
     def at(self, share: float) -> Sequence[float]:
-        """Return the position of all axes after that part of the length."""
+        """Return the position of all axes after a share of the length, 0 to 1."""
 
 
 class Line:
@@ -160,7 +160,7 @@ class Line:
         self.length = max(math.hypot(*self._way[:_XYZ]), math.hypot(*self._way[_XYZ:]))
 
     def at(self, share: float) -> Sequence[float]:
-        """Return the position of all axes after that part of the length."""
+        """Return the position of all axes after a share of the length, 0 to 1."""
         return [a + way * share for a, way in zip(self._start, self._way, strict=True)]
 
 
@@ -199,7 +199,7 @@ class Arc:
         self.length = radius * self._angle
 
     def at(self, share: float) -> Sequence[float]:
-        """Return the position of all axes after that part of the length."""
+        """Return the position of all axes after a share of the length, 0 to 1."""
         cosine, sine = math.cos(share * self._angle), math.sin(share * self._angle)
         space = [p + u * cosine + v * sine
                  for p, u, v in zip(self._centre, self._u, self._v, strict=True)]  # fmt: skip
@@ -228,7 +228,7 @@ class Chain:
         self.samples = min(_MOST_PARTS, math.ceil(self.length / step)) if step else 1
 
     def at(self, share: float) -> Sequence[float]:
-        """Return the position of all axes after that part of the length."""
+        """Return the position of all axes after a share of the length, 0 to 1."""
         done = share * self.length
         k = min(bisect_left(self._ends, done), len(self._curves) - 1)
         curve = self._curves[k]

@@ -70,7 +70,7 @@ class Handshake:
         self._blocked = 0  # a code that was set before the ready status; it is never executed
         # commands that continue although their status is no longer shown
         self._unseen: list[Execution] = []
-        self._waits = False  # an early code is to be accepted in the next cycle
+        self._waits = False  # whether an early code will be accepted in the next cycle
         self._reported = 0  # the last code that was reported as set too early
 
     @property
@@ -191,7 +191,7 @@ class Handshake:
         self._findings.add(machine.now_us, "hold-command", text)
         if self._execution and not stoppable:
             if self._config.changed_command_status == "run":
-                self._reported = words[0]  # the violation above already reports it
+                self._reported = words[0]  # the violation above already reports this code
                 self._show(RUN, WORDS_AT_REST[1:])
                 self.phase = Phase.ABANDONED
                 return
@@ -293,7 +293,7 @@ def _check(machine: Machine, words: Words) -> Call:
     """Check code, robot, authority and format of a command, and return the call.
 
     Raises:
-        CommandError: with the alarm of the first check that fails.
+        CommandError: a check has failed; the error has the alarm of the first failed check.
     """
     config = machine.config
     entry = commands().get(words[0] & 0x0FFF)

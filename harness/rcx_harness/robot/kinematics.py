@@ -1,7 +1,7 @@
 """Forward and inverse kinematics of the robots, in closed form.
 
-Joints are in 0.001 degree if they turn, else in 0.001 mm. Places are X, Y, Z [0.001 mm] and R
-[0.001 degree] in the robot's own coordinates, then any further axes, which do not change. Z is
+Joints are in 0.001 degree if they turn, else in 0.001 mm. Positions are X, Y, Z [0.001 mm] and R
+[0.001 degree] in the robot's own coordinates, then any further axes, which are not converted. Z is
 positive downwards, as the controller counts it.
 """
 
@@ -14,12 +14,12 @@ from dataclasses import dataclass
 __all__ = ["CARTESIAN", "Kinematics", "Scara", "UnreachableError"]
 
 _X, _Y, _Z, _R = range(4)
-_UNIT = 1000.0  # of a degree
+_UNIT = 1000.0  # joint units in one degree
 _HALF_TURN, _TURN = 180 * _UNIT, 360 * _UNIT
 
 
 class UnreachableError(ValueError):
-    """The error for a place that the robot cannot reach."""
+    """The error for a position that the robot cannot reach."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class _Cartesian:
         return list(joints)
 
     def inverse(self, place: Sequence[float]) -> list[float]:
-        """Return the place itself."""
+        """Return the position itself."""
         return list(place)
 
     def bend(self, joints: Sequence[float]) -> float | None:
@@ -58,7 +58,8 @@ class Scara:
         arm1: Length [0.001 mm].
         arm2: Length [0.001 mm].
         offset: Angle from arm 2 to the line to the hand [0.001 degree]; 0 if the hand is on R.
-        left: Use the left-handed one of the two solutions for the joints.
+        left: Whether the left-handed solution for the joints is used; otherwise the right-handed
+            solution.
     """
 
     arm1: float
@@ -70,7 +71,7 @@ class Scara:
     _front = 90 * _UNIT
 
     def forward(self, joints: Sequence[float]) -> list[float]:
-        """Return the place of the flange."""
+        """Return the position of the flange."""
         first = self._front + joints[_X]
         second = first + joints[_Y] + self.offset
         x1, y1 = _polar(self.arm1, first)
@@ -105,8 +106,8 @@ class Scara:
         return ((angle + _HALF_TURN) % _TURN - _HALF_TURN) / _UNIT
 
 
-#: The kinematics of a robot type. `straight`: a line of the tool is a line of the joints, too;
-#: `left`: use the left-handed solution.
+#: The kinematics of a robot type. `straight`: if the tool moves on a line, the joints move in
+#: proportion; `left`: use the left-handed solution.
 Kinematics = _Cartesian | Scara
 
 

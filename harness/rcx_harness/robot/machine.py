@@ -1,4 +1,4 @@
-"""The controller's state behind its areas: power, stops, servo, program, motion, alarms.
+"""The state from which a controller's areas are made: power, stops, servo, program, motion, alarms.
 
 This module does not handle bytes. Every delayed answer is entered in `pending` with the time at
 which it is due. The state therefore depends only on the calls and their times.
@@ -273,8 +273,8 @@ class Machine:
     ) -> None:
         """Switch all servos off and end all motion, with the alarm `number` as its reason.
 
-        With `lock`, all brakes are applied, also those of free axes (guide, 4.2.20); otherwise as
-        configured. With `stop_programs` the robot programs stop, too.
+        With `lock`, all brakes are applied, even the brakes of free axes (guide, 4.2.20); otherwise
+        the configuration decides. With `stop_programs` the robot programs stop as well.
         """
         self.servos.switch_all_off(keep_free=not (lock or self.config.servo_off_brakes_free_axes))
         self.pending.pop("servo_on_delay", None)

@@ -24,13 +24,13 @@ class Movement:
         relative: Key that recognises the repetition of a relative movement (MOVEI, DRIVEI), else
             None.
         tolerance: For each axis, the distance to its target at which it counts as arrived [pulses].
-        pushing: Its axis stops at workpieces.
-        by_program: A robot program has started it.
+        pushing: Whether its axis stops at workpieces.
+        by_program: Whether a robot program has started the movement.
         out_positions: OUT position range of each axis [pulses]; None until a program needs it.
-        continuous: The next movement of the program may begin in the OUT position range.
-        done: It has reached its target, or its tolerance.
-        finished: It has reached its target exactly.
-        stopped_by: Number of the alarm that stopped it on its way, else empty.
+        continuous: Whether the next movement of the program may begin in the OUT position range.
+        done: Whether all axes are within their tolerances, or the target is reached.
+        finished: Whether the target is reached exactly.
+        stopped_by: Number of the alarm that stopped the movement before its target, else empty.
         blocked_us: Time since which a pushing axis is stopped by a workpiece, else None.
     """
 
@@ -49,11 +49,11 @@ class Movement:
 
     def __post_init__(self) -> None:
         """Calculate the duration."""
-        # rounding errors must not add a cycle
+        # Rounded to 0.001 us first, because a rounding error must not add a cycle.
         self.duration_us = math.ceil(round(self.path.seconds * 1e6, 3))
 
     def advance(self, now_us: int, positions: list[int], workpieces: Mapping[int, int]) -> None:
-        """Move the axes in `positions` [pulses] to their places at `now_us`."""
+        """Update the entries of the moving axes in `positions` [pulses] to the time `now_us`."""
         passed = now_us - self.start_us
         arrived = passed >= self.duration_us
         places = self.path.target if arrived else self.path.at(passed / 1e6)
@@ -180,11 +180,11 @@ class OriginRun:
     """One return-to-origin.
 
     Attributes:
-        groups: Axes that have not arrived, in groups that move one after the other; the first moves
-            now.
-        done: All axes have arrived.
-        stopped_by: Number of the alarm that stopped it, else empty.
-        by_command: A remote command waits for its end and reports the alarm that stops it.
+        groups: Axes that have not arrived, in groups that move in sequence; the first group is
+            moving now.
+        done: Whether all axes have arrived.
+        stopped_by: Number of the alarm that stopped the return-to-origin, else empty.
+        by_command: Whether a remote command waits for the end, and reports an alarm that stops it.
     """
 
     groups: list[tuple[int, ...]]
@@ -202,7 +202,7 @@ class Origins:
     """The origin state of each axis, and the return-to-origin under way.
 
     Attributes:
-        complete: Per axis, whether its return-to-origin is complete.
+        complete: For each axis, whether its return-to-origin is complete.
     """
 
     def __init__(self, config: RobotConfig) -> None:
@@ -221,7 +221,7 @@ class Origins:
         return [group for kind in types if (group := self._axes(kind))]
 
     def moves(self, axes: Collection[int]) -> bool:
-        """Return whether the return-to-origin still has to move any of these axes."""
+        """Return whether a return-to-origin still has to move one of these axes."""
         return self._run is not None and not self._run.axes.isdisjoint(axes)
 
     def begin(self, groups: Iterable[tuple[int, ...]], *, by_command: bool = False) -> OriginRun:

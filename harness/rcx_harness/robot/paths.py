@@ -1,9 +1,10 @@
 """The paths of a robot: positions as a function of the time since the start.
 
 PTP: all axes start and end together. Line and arc: the tool follows a curve in millimetres. Arch:
-the arch axis moves away, the others move to the target, then the arch axis moves to its target.
-Positions are in pulses. The manual gives no motion times, so each path has constant acceleration,
-constant speed and constant deceleration. A short path has no phase of constant speed.
+the arch axis moves to its arch position, the other axes move to the target, then the arch axis
+moves to its target. Positions are in pulses. The manual gives no motion times, so each path has
+constant acceleration, constant speed and constant deceleration. A short path has no phase of
+constant speed.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ class Profile:
     def over(cls, way: float, speed: float, acceleration: float, deceleration: float) -> Profile:
         """Return the fastest profile for a distance `way` (not below 0).
 
-        If the distance is in a unit, the limits are in that unit/s and that unit/s^2.
+        The limits are in the unit of the distance per s and per s^2.
         """
         peak = min(
             speed,
@@ -67,7 +68,7 @@ class Profile:
         return self.up + self.even + self.down
 
     def share(self, t: float) -> float:
-        """Return the part of the way that is done `t` seconds after the start, 0 to 1."""
+        """Return the share of the distance, 0 to 1, that is covered `t` seconds after the start."""
         if t >= self.seconds:
             return 1.0
         whole = self._whole
@@ -79,7 +80,7 @@ class Profile:
         return 1.0 - left * left / (2 * self.down) / whole
 
     def when(self, share: float) -> float:
-        """Return the time [s] at which a part of the way, 0 to 1, is done; inverse of `share`."""
+        """Return the time [s] at which a share of the distance is covered; inverse of `share`."""
         done = share * self._whole
         if done < self.up / 2:
             return math.sqrt(2 * done * self.up)
@@ -95,7 +96,7 @@ class Profile:
 
 @dataclass(frozen=True)
 class AxisMove:
-    """One axis of a movement: index, way in pulses, limits in pulses/s and pulses/s^2."""
+    """One axis of a movement: index, distance in pulses, limits in pulses/s and pulses/s^2."""
 
     axis: int
     start: int
@@ -106,7 +107,7 @@ class AxisMove:
 
     @property
     def way(self) -> int:
-        """Return the way from start to target [pulses], with its sign."""
+        """Return the distance from start to target [pulses], with its sign."""
         return self.target - self.start
 
     def profile(self) -> Profile:
@@ -121,8 +122,8 @@ class Path:
         target: Target [pulses] of each moving axis by its index.
         seconds: Time from start to target.
         arrival: Parameter with the distance at which an axis counts as arrived.
-        approach: Earliest time [s] at which an axis counts as arrived: an axis may pass its target
-            before.
+        approach: Earliest time [s] at which an axis counts as arrived, because an axis may pass its
+            target earlier.
     """
 
     target: Mapping[int, int]
@@ -158,7 +159,7 @@ class PtpPath(Path):
 
 
 class CurvePath(Path):
-    """A path of the tool along a curve; the axes follow from its place in millimetres."""
+    """A path of the tool along a curve; the axes follow from the tool's position in millimetres."""
 
     arrival = "TOLE"
 
@@ -180,11 +181,12 @@ class CurvePath(Path):
 
 
 class ArchPath(Path):
-    """An arch: arch axis to its arch position, other axes, arch axis to its target (guide, 4.2.1).
+    """An arch: the arch axis rises, the other axes move, and the arch axis falls (guide, 4.2.1).
 
-    The others start when the arch axis has moved distance 1 or has reached the arch position. The
-    arch axis leaves the arch position so early that distance 2 remains when the others arrive. If
-    distance 2 is longer than its whole way, it waits for the others.
+    The other axes start when the arch axis has moved distance 1 or has reached the arch position.
+    The arch axis leaves the arch position so early that distance 2 remains when the other axes
+    arrive. If distance 2 is longer than the whole movement to the target, the arch axis waits for
+    the others.
     """
 
     arrival = "OUTPOS"
@@ -192,7 +194,7 @@ class ArchPath(Path):
     def __init__(
         self, rise: AxisMove, fall: AxisMove, others: PtpPath, distance1: int, distance2: int
     ) -> None:
-        """Combine `rise` and `fall` of the arch axis with the others; distances in pulses."""
+        """Combine `rise` and `fall` of the arch axis with the other axes; distances in pulses."""
         self._rise, self._fall, self._others = rise, fall, others
         self._up, self._down = rise.profile(), fall.profile()
         self._others_start = self._up.when(_part(distance1, rise.way))
@@ -214,7 +216,7 @@ class ArchPath(Path):
 
 
 def _part(distance: int, way: int) -> float:
-    """Return an arch distance as a part of the way of the arch axis, at most 1."""
+    """Return an arch distance as a share of the arch axis' distance, at most 1."""
     return min(1.0, distance / abs(way)) if way else 1.0
 
 
@@ -237,7 +239,7 @@ class Pace:
 
 @dataclass(frozen=True)
 class Arch:
-    """The place of the arch axis, its arch position and the arch distances [pulses]."""
+    """The place of the arch axis in the robot, its arch position and arch distances [pulses]."""
 
     place: int
     position: int
@@ -258,7 +260,7 @@ def plan_ptp(arm: Arm, target: Mapping[int, int], pace: Pace) -> PtpPath:
 
 
 def plan_arch(arm: Arm, target: Mapping[int, int], pace: Pace, arch: Arch) -> Path:
-    """Plan an arch: arch axis to its arch position, others to the target, arch axis to its target.
+    """Plan an arch to a target (see ArchPath).
 
     Raises:
         CommandError: the target or the arch position is beyond a soft limit.
@@ -279,7 +281,7 @@ def plan_line(arm: Arm, target: Mapping[int, int], pace: Pace) -> Path:
     """Plan a straight line of the tool; it rotates in proportion to the distance.
 
     Raises:
-        CommandError: the target or a place on the way is beyond a soft limit.
+        CommandError: the target or a position on the line is beyond a soft limit.
     """
     frame = arm.frame
     line = Line(frame.to_mm(arm.here), frame.to_mm(_completed(arm, target)))
@@ -287,10 +289,11 @@ def plan_line(arm: Arm, target: Mapping[int, int], pace: Pace) -> Path:
 
 
 def plan_arc(arm: Arm, via: Mapping[int, int], target: Mapping[int, int], pace: Pace) -> Path:
-    """Plan an arc of the tool from its current place through `via` to the target.
+    """Plan an arc of the tool from its current position through `via` to the target.
 
     Raises:
-        CommandError: the three lie on a line, or a place on the way is beyond a soft limit.
+        CommandError: the three points lie on a line, or a position on the arc is beyond a soft
+            limit.
     """
     frame = arm.frame
     points = (_completed(arm, places) for places in ({}, via, target))
@@ -303,7 +306,7 @@ def plan_arc(arm: Arm, via: Mapping[int, int], target: Mapping[int, int], pace: 
 
 @dataclass(frozen=True)
 class Leg:
-    """A part of a chained path: its targets by place [pulses], and its pace.
+    """A part of a chained path: its targets [pulses] by the axis' place in the robot, and its pace.
 
     An arc has two targets: a point on the arc, and its end.
     """
@@ -322,12 +325,13 @@ def plan_chain(
     Args:
         arm: The robot.
         start: The start of the path [pulses].
-        legs: Its parts.
-        resumed: A stop has interrupted the movement, so the robot stands on the path and follows
-            the rest. Otherwise the robot must stand within OUTPOS of the start.
+        legs: The lines and arcs of the path.
+        resumed: Whether a stop has interrupted the movement. The robot must then stand on the path,
+            and follows the rest of it. Otherwise the robot must stand within OUTPOS of the start.
 
     Raises:
-        CommandError: the robot is not there, an arc has no circle, or a soft limit is exceeded.
+        CommandError: the robot does not stand where it must, an arc has no circle, or a soft limit
+            is exceeded.
     """
     frame, curves = arm.frame, list[Curve]()
     at = frame.to_mm(start)
@@ -373,9 +377,9 @@ def _rest(arm: Arm, curves: Sequence[Curve]) -> tuple[int, list[Curve]]:
     return number, [rest, *curves[number + 1 :]]
 
 
-#: After a stop: number of places of a curve that are compared with the place of the robot, distance
-#: at which the robot still counts as on the path [0.001 mm], and part of an arc that is followed as
-#: a line at its end.
+#: After a stop: number of positions on a curve that are compared with the position of the robot,
+#: distance at which the robot still counts as on the path [0.001 mm], and the share of an arc after
+#: which the rest is followed as a line.
 _RESUMED, _OFF_PATH, _NEARLY = 256, 1000, 0.99
 
 
@@ -448,7 +452,7 @@ def _curve(
 
 
 def _speeds(parts: Sequence[tuple[float, float]], samples: int) -> list[float]:
-    """Return the highest speed at each place of a chain; the lower one where two parts meet."""
+    """Return the highest speed at each position of a chain; where two parts meet, the lower one."""
     speeds = [math.inf] * (samples + 1)
     begin = 0.0
     for share, speed in parts:
@@ -460,7 +464,7 @@ def _speeds(parts: Sequence[tuple[float, float]], samples: int) -> list[float]:
 
 
 def _when(profile: Profile | Schedule, share: float) -> float:
-    """Return the time [s] at which a part of the way is done."""
+    """Return the time [s] at which a share of the distance is covered."""
     low, high = 0.0, profile.seconds
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
@@ -472,7 +476,7 @@ _HALVINGS = 40
 
 
 def _even(length: float, speed: float, limits: Sequence[AxisLimits], samples: int) -> Profile:
-    """Return a profile with the same limits of speed and acceleration on the whole way."""
+    """Return a profile with the same limits of speed and acceleration on the whole path."""
     speeds, ramps = [speed], []
     for axis in limits:
         step = max(abs(after - before) for before, after in pairwise(axis.places))
@@ -490,7 +494,7 @@ def _keep_hand(
     """Check that a curve keeps the hand system and does not come too near to the stretched arm.
 
     Raises:
-        CommandError: the curve or its end violates one of these conditions.
+        CommandError: the hand system changes, or the arm is stretched too far.
     """
     bends = [bend for pulses in every if (bend := frame.bend(pulses)) is not None]
     if not bends:

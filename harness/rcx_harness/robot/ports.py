@@ -14,7 +14,7 @@ __all__ = ["Access", "Port", "Ports", "port", "port_of", "value_in"]
 
 #: Greatest number of recorded accesses; a property reads and clears them once per scan.
 _MOST_ACCESSES = 10_000
-_LAST_PORT = 0o15  # the language has ports 0 to 27 (octal), this board only those up to 15
+_LAST_PORT = 0o15  # the language has ports 0 to 27 (octal), but this board only ports 0 to 15
 _FIRST_FREE = 2  # ports 0 and 1 are dedicated, as are words 0 and 1
 _WORDS = range(_FIRST_FREE, 16)
 _EXTENDED = range(24, 128)
@@ -134,8 +134,8 @@ class Ports:
         inputs: The last area that the master sent.
         outputs: The output area with the outputs of the robot programs.
         banks: All other ports by kind: one byte each.
-        accesses: The ports that statements of robot programs have read and changed since the caller
-            has last emptied this list; None: nothing is recorded.
+        accesses: The ports that statements of robot programs have read and changed. The caller
+            empties this list after reading. None: nothing is recorded.
         statement: Program and line of the statement that is executed, while accesses are recorded.
     """
 

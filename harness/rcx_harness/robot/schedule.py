@@ -15,10 +15,10 @@ __all__ = ["AxisLimits", "Schedule"]
 
 @dataclass(frozen=True)
 class AxisLimits:
-    """One axis on the way, with its limits.
+    """One axis of a movement along a curve, with its positions and limits.
 
     Attributes:
-        places: Its positions at equal steps of the way [pulses].
+        places: Positions of the axis [pulses] after equal steps of the path.
         speed: Highest speed [pulses/s].
         up: Acceleration [pulses/s^2].
         down: Deceleration [pulses/s^2].
@@ -38,20 +38,20 @@ _CORNER, _CYCLE = 4, CYCLE_US / 1e6
 
 
 class Schedule:
-    """The times at equal steps of a way, as short as the limits of all axes allow.
+    """The times after equal steps of a path, as short as the limits of all axes allow.
 
     Between two steps the acceleration is constant. Half of an axis' acceleration is reserved for
-    the curvature of its own way, half for the acceleration of the tool.
+    the changes of its speed that the curve causes, half for the acceleration of the tool.
     """
 
     def __init__(
         self, length: float, speed: float | Sequence[float], axes: Sequence[AxisLimits],
         *, straights: bool = False,
     ) -> None:  # fmt: skip
-        """Plan a way of `length` (any unit, above 0) with at most `speed` in that unit/s.
+        """Plan a path of `length` (any unit, above 0) with at most `speed` in that unit/s.
 
-        The speed is one number, or one for each place of the axes. With `straights` nothing is
-        reserved on the straight parts of the way, and corners are allowed.
+        The speed is one number, or one number for each of the axes' `places`. With `straights`
+        nothing is reserved on the straight parts of the path, and corners are allowed.
         """
         steps = len(axes[0].places) - 1
         step = length / steps
@@ -94,7 +94,7 @@ class Schedule:
         return self._times[-1]
 
     def share(self, t: float) -> float:
-        """Return the part of the way that is done `t` seconds after the start, 0 to 1."""
+        """Return the share of the path, 0 to 1, that is covered `t` seconds after the start."""
         if t >= self.seconds:
             return 1.0
         k = min(bisect_right(self._times, t), self._steps) - 1

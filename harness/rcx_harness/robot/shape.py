@@ -46,8 +46,8 @@ def poses(controller: Controller) -> list[dict[str, Any]]:
     """Return the settings of each robot that change its appearance; default values are left out.
 
     `left` means that the arm is left-handed. `shift` is the selected shift. `hand` has data 1 to 3
-    of the selected hand [mm; data 1 of a hand beside the R axis in degrees], then 1 if it is on the
-    R axis.
+    of the selected hand in mm, then 1 if the hand is on the R axis. If the hand of a SCARA robot is
+    not on the R axis, data 1 is in degrees.
     """
     arms = [controller.machine.arm(robot) for robot in range(1, ROBOTS + 1)]
     return [_pose(one, controller.machine.memory) for one in arms if one.indices]

@@ -49,7 +49,7 @@ def lose_link(machine: Machine, *, in_operation: bool) -> None:
 
 
 def regain_link(machine: Machine) -> None:
-    """Process the (re-)established connection."""
+    """Process a connection that was opened, for the first time or after a loss."""
     machine.link = "normal"
     machine.pending.pop("link_error_delay", None)
     if not machine.config.link_error_latches:

@@ -51,7 +51,7 @@ VARIABLES = 32
 FIRST_REAL = 256
 #: The parameters of a robot; all others belong to an axis (guide, 4.4.2).
 ROBOT_PARAMETERS = ("WEIGHT", "WEIGHTG")
-#: Factory values are assumed: the manual does not give them.
+#: The factory values are assumed, because the manual does not give them.
 PARAMETER_DEFAULTS = {
     "WEIGHTG": 0,
     "ACCEL": 100,
@@ -149,7 +149,7 @@ class Pallet:
 
 @dataclass(frozen=True)
 class Hand:
-    """Hand data (guide, 4.3.5), as on the wire: 0.001 mm, data 4 is 1 on the R axis.
+    """Hand data (guide, 4.3.5) as on the wire, in 0.001 mm; data 4 is 1 for a hand on the R axis.
 
     Data 1 of a SCARA robot's hand that is not on the R axis is an integer without scale.
     """

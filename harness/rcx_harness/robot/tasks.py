@@ -178,7 +178,7 @@ class Programs:
 
         Args:
             modes: RUN, STEP or NEXT_LINE by place in `tasks`; None: run all tasks that can run.
-            beside: Whether earlier orders stay valid, too.
+            beside: Whether earlier orders stay valid as well.
         """
         before = self._to_start if beside else {}
         self._to_start = None if before is None or modes is None else {**before, **modes}
@@ -337,7 +337,10 @@ class Programs:
         return min(due, default=None)
 
     def _startable(self) -> list[int]:
-        """Return the places of registered tasks that can start, or else of ended tasks."""
+        """Return the indices in `tasks` of the registered tasks that can start.
+
+        If there are none and no task runs, return the indices of the ended tasks.
+        """
         registered = [place for place, task in enumerate(self.tasks) if task.number]
         waiting = [k for k in registered if self.tasks[k].state in ("stopped", "ready")]
         if waiting or self.busy:
@@ -361,7 +364,8 @@ class Programs:
             try:
                 to = execute(code[at], task, self)
             except CommandError as error:
-                if error.number == STOP:  # not an error: the stop input stops the program, too
+                # not an error of the program: the stop input also stops the program itself
+                if error.number == STOP:
                     task.execution = None
                     return
                 to = self._failed(task, error.number)
@@ -371,7 +375,7 @@ class Programs:
             for observer in self.observers:
                 observer.ends(task, at, to)
             task.at = at + 1 if to == NEXT else to
-            # by its own SUSPEND or HOLD; it then continues behind that line
+            # Its own SUSPEND or HOLD has stopped the task. It later continues behind that line.
             if task.state != "running":
                 return
             if task.has_done(at):

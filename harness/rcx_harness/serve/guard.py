@@ -53,7 +53,10 @@ def guarded(token: str, command: str) -> web.Application:
 
 
 def add_files(app: web.Application, served: Mapping[str, tuple[str, str, str]]) -> None:
-    """Serve files: path, package and file of its folder `page`, its type."""
+    """Serve files.
+
+    Each path has the package, the file in the package's folder `page`, and its type.
+    """
     app[_FILES] = served
     for path in served:
         app.router.add_get(f"/{app[_TOKEN]}{path}", _file)
@@ -64,7 +67,7 @@ class TokenServer:
 
     Args:
         option: The option of the command line for the port, for messages.
-        token: First part of the paths; default: a random one.
+        token: First part of the paths; default: a random token.
     """
 
     def __init__(

@@ -40,9 +40,9 @@ class Settings:
     """The settings of one served controller.
 
     Args:
-        robot: File with its properties; empty for the defaults.
-        trace: File for its trace; empty for none.
-        size: Bytes of its areas, 48 or 256; None for the size in the file.
+        robot: File with the properties of the controller; empty for the defaults.
+        trace: File for the trace of the controller; empty: no trace.
+        size: Bytes of the controller's areas, 48 or 256; None for the size in the file.
     """
 
     host: str = "127.0.0.1"
@@ -60,11 +60,12 @@ class Host:
     """A served controller in a separate process.
 
     Attributes:
-        size: Bytes of its areas, once it has started.
+        size: Bytes of the controller's areas, known after `start`.
         ended: Event that is set when the process has ended, unexpectedly or not.
-        shapes: Geometry of its robots (`rcx_harness.robot.shape`).
+        shapes: Geometry of the controller's robots (`rcx_harness.robot.shape`).
         drawn: Number of times that `shapes` has changed.
-        listings: Its robot programs (`rcx_harness.robot.listing`); empty if none is a text.
+        listings: The controller's robot programs (`rcx_harness.robot.listing`); empty if none is a
+            text.
         way: Latest positions during movements, as in `Status.way`; the page reads them before they
             are dropped.
         failure: The process that has ended by itself, and how; empty while all run.
@@ -81,7 +82,7 @@ class Host:
         self.failure = ""
         self._process: asyncio.subprocess.Process | None = None
         self._reader: asyncio.Task[None] | None = None
-        self._heard = asyncio.Event()  # set at its first report, or at its end
+        self._heard = asyncio.Event()  # set at the first report of the process, or at its end
         self._numbers = itertools.count(1)
         self._waiting: dict[int, asyncio.Future[tuple[str, int]]] = {}
         self._folder = ""  # folder of the recording
@@ -178,7 +179,7 @@ class Host:
 
     async def _end(self, process: asyncio.subprocess.Process) -> None:
         if process.stdin is not None:
-            process.stdin.close()  # signals the end
+            process.stdin.close()  # the process ends when its standard input ends
         try:
             await asyncio.wait_for(process.wait(), STOP_S)
         except asyncio.TimeoutError:

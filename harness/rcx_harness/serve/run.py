@@ -30,11 +30,12 @@ async def serve(every: Sequence[Settings], web_port: int | None, *, quiet: bool)
     `web_port` is 0 for any free port and None for no page. With `quiet` only problems are printed.
 
     Returns:
-        0 after a signal; 1 if a part of a controller has ended by itself, which ends all of them.
+        0 after a signal; 1 if a part of a controller has ended by itself. All controllers are then
+        ended.
 
     Raises:
         InputError: a controller or the page cannot be served, or aiohttp is missing.
-        OSError: the output cannot be written, which ends all controllers, too.
+        OSError: the output cannot be written; all controllers are then ended.
     """
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()

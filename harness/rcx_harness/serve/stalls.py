@@ -16,7 +16,7 @@ class Stalls:
     def __init__(self, hosts: Sequence[Host]) -> None:
         self._hosts = hosts
         self._watchdogs = [Watchdog() for _ in hosts]
-        # by controller: number of its reports, and time of the last report
+        # by controller: number of reports, and time of the last report
         self._heard = [(0, 0) for _ in hosts]
         self._stalled: list[tuple[str, ...]] = [() for _ in hosts]
 

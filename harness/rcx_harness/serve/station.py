@@ -81,14 +81,14 @@ class Station:
         self._recorded = 0
         self._drawn = -1  # number of executed commands at the last report of the shapes
         self._listings = tuple(listings(controller))
-        self._listed = False  # the listings have been reported
+        self._listed = False  # whether the listings have been reported
         self._traced_tasks = Tasks(controller)
         self._images = images
         self._trace = trace
         self._cut = False
         self.now_us = self.begin_us = 0
         self._news = News()
-        self._place: tuple[bool, bool, bool] | None = None  # powered, online, cut
+        self._place: tuple[bool, bool, bool] | None = None  # last report: powered, online, cut
         self._leds = ""
         self._active: tuple[str, ...] = ()
         self._skipped_told = 0

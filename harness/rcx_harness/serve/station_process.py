@@ -3,7 +3,7 @@
 `rcx_harness.serve.host` starts it with its settings as JSON. Standard input receives requests, one
 per line. Standard output first reports whether the process listens, and then the state of the
 controller ten times a second. The process ends when its standard input ends, at the latest with its
-parent. If a part of it has ended by itself, it reports this and ends, too.
+parent. If a part of the process has ended by itself, the process reports this and ends as well.
 """
 
 from __future__ import annotations

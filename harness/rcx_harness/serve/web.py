@@ -21,7 +21,7 @@ __all__ = ["FILES", "WebServer", "application"]
 
 _OWN, _VIEW = "rcx_harness.serve", "rcx_harness.trace.view"
 _SCRIPT = "text/javascript"
-#: Static files: path, package and file of its folder `page`, its type.
+#: Static files by their path: the package, the file in the package's folder `page`, and its type.
 FILES = {
     "/": (_OWN, "index.html", "text/html"),
     "/page.css": (_OWN, "page.css", "text/css"),

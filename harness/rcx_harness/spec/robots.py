@@ -29,7 +29,8 @@ class Law:
     Attributes:
         factor: Factor for the force of the motor at full speed.
         own_share: Mass of the axis itself as a share of the largest load.
-        fitted: The models whose standard cycle times both numbers were fitted to.
+        fitted: The models with the standard cycle times to which `factor` and `own_share` were
+            fitted.
     """
 
     factor: float
@@ -47,9 +48,9 @@ class Joint:
         pulses_per_unit: Pulses per mm or degree.
         zero: Position at 0 mm or 0 degrees [pulses].
         speed: The highest speed, per second.
-        power: Power of its motor [W].
+        power: Power of the axis' motor [W].
         reach: Distance from the axis of a rotating arm to its stretched end [m]; otherwise 1.
-        turns: Whether it rotates.
+        turns: Whether the axis rotates.
         largest: The largest load, for the R axis the largest moment of inertia [kg, kg m^2].
         per_load: Part of `largest` for each kg of the load.
         own: Mass of the axis itself [kg], if it is known; 0: the law's share of `largest`.
@@ -74,7 +75,7 @@ class Joint:
         return law.factor * self.power / (self.speed * unit) / (mass * self.reach**2) / unit
 
     def slower(self, law: Law, load: float) -> float:
-        """Return the ratio of the acceleration with that load to that without a load."""
+        """Return the acceleration with that load, divided by the acceleration without a load."""
         own = self._own(law)
         return own / (own + self.per_load * load)
 
@@ -88,8 +89,8 @@ class RobotModel:
 
     Attributes:
         also: Further remarks.
-        arms: Lengths of arm 1 and 2 of a SCARA robot [mm]; empty for a Cartesian one.
-        payload: Its largest load [kg].
+        arms: Lengths of arm 1 and 2 of a SCARA robot [mm]; empty for a Cartesian robot.
+        payload: The largest load of the robot [kg].
         cycles: Standard cycle times by load: [kg] to [s]; the catalogue's value is first.
     """
 

@@ -20,10 +20,11 @@ class Rule:
     """A rule of the virtual controller.
 
     Attributes:
-        section: Section of the manual that states it; empty if the manual is silent.
-        basis: One of BASES. A row of the table has it only if it is neither the manual nor assumed.
+        section: Section of the manual that states the rule; empty if the manual is silent.
+        basis: One of BASES. If a row of the table does not state the basis, it is `manual` with a
+            section and `assumed` without one.
         source: The public source, or the person, device and firmware of a measurement.
-        knobs: The keys of a robot file that change it.
+        knobs: The keys of a robot file that change this behaviour.
     """
 
     id: str

@@ -102,7 +102,7 @@ class Alarm:
 
 @lru_cache(maxsize=1)
 def folder() -> Path:
-    """Return the folder with the tables: that of the repository, else that of the package."""
+    """Return the folder with the tables: the repository's folder, else the package's folder."""
     here = Path(__file__).resolve()
     for candidate in (here.parents[3] / "spec", here.parents[1] / "_data" / "spec"):
         if (candidate / "signals.toml").is_file():

@@ -244,7 +244,7 @@ class Command:
     def problem(self, words: Sequence[int], *, unused_words: bool = True) -> str:
         """Return the error in a request's data words; empty if there is none.
 
-        Word 0 is ignored. With `unused_words`, words without any field must be 0, too.
+        Word 0 is ignored. With `unused_words`, words without any field must be 0 as well.
         """
         covered = [0] * WORDS
         for part in self.request:
@@ -296,7 +296,7 @@ class Command:
             value = given[part.name]
             values[part.name] = tuple(value) if isinstance(value, list) else value
             if part.type == "text":
-                values[part.name] = str(value).rstrip(" ")  # as spaces are padding
+                values[part.name] = str(value).rstrip(" ")  # trailing spaces are padding
         return next(filter(None, (part.problem(values) for part in parts)), "")
 
 

@@ -40,7 +40,7 @@ CYCLE_US = 5_000
 """The controller's I/O update interval in microseconds (manual chapter 5, 4)."""
 
 READY, RUN, NORMAL_END, ABNORMAL_END = 0x0000, 0x0100, 0x0200, 0x4000
-"""The remote status (guide chapter 1, 1.2)."""
+"""The values of the remote status (guide chapter 1, 1.2)."""
 ENDS = (NORMAL_END, ABNORMAL_END)
 STATUS_NAMES = {
     READY: "command ready",

@@ -38,7 +38,7 @@ Build = Callable[..., Cell]
 
 _FILES = re.compile(r"(chart|trace|view|recording)(-\d+)?\.(svg|jsonl|html)")
 _LONGEST = 80
-#: Times of a cell, and the beginning of messages about them (clocks.py).
+#: Times of a cell, with the words that begin a message about each of them (clocks.py).
 _TIMES = {"scan": "the scan", "rpi": "the RPI", "jitter": "the jitter", "timeout": "the time-out"}
 #: The packages of the harness.
 _PACKAGES = (Path(__file__).resolve().parents[1], Path(structured_text.__file__).resolve().parent)
@@ -166,7 +166,7 @@ class Cells:
         return self._temporary.mktemp("rcx-" + _file_name(self._item.name)[:30])
 
     def _named_folder(self) -> Path | None:
-        """Return the test's folder below the folder for failures; None if none is named."""
+        """Return the test's folder below the folder for failures; None if no such folder is set."""
         parent = artifacts(self._item.config)
         if parent is None:
             return None
@@ -184,7 +184,7 @@ class Cells:
             folder.rmdir()
 
     def _allowed(self, violation: Violation) -> bool:
-        """Return whether a marker allows the violation: its rule, or all rules."""
+        """Return whether a marker allows the rule of this violation, or all rules."""
         markers = self._item.iter_markers("allow_violations")
         return any(not marker.args or violation.rule in marker.args for marker in markers)
 

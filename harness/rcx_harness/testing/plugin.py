@@ -51,7 +51,7 @@ def pytest_addoption(parser: pytest.Parser, pluginmanager: pytest.PytestPluginMa
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_configure(config: pytest.Config) -> None:
-    """Register the markers; check the settings if there are any."""
+    """Register the markers, and check the plugin's settings if the user has set any."""
     for marker in _MARKERS:
         config.addinivalue_line("markers", marker)
     check_keys(config, [f"rcx_{name}" for name in (*OPTIONS, *COVERAGE, *LISTS, *VALUES)])
@@ -84,7 +84,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 def rcx_build(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Build]:
-    """Return a function that builds further cells; its arguments are those of the marker `rcx`."""
+    """Return a function that builds further cells; it takes the arguments of the marker `rcx`."""
     from rcx_harness.testing.cells import Cells
 
     cells = Cells(request.node, tmp_path_factory)
@@ -104,7 +104,7 @@ def cell(rcx_build: Build) -> Cell:
         return rcx_build()
     except InputError as error:
         reason = f"rcx: {error}"
-    # outside of `except`, so that the traceback of the first error is not printed, too
+    # outside of `except`, so that the traceback of the first error is not printed as well
     pytest.fail(reason, pytrace=False)
 
 

@@ -23,8 +23,8 @@ from structured_text.testing.settings import is_on, project
 
 __all__ = ["RULES", "artifacts", "check_settings", "header", "known", "settings_of", "wrong_marker"]
 
-#: Arguments of the marker and of `rcx_build`: those of `Cell.build`, with `sources` instead of
-#: `program`.
+#: Arguments of the marker and of `rcx_build`: the arguments of `Cell.build`, with `sources` instead
+#: of `program`.
 _INSIDE = ("program", "trace", "keep", "through")
 _BUILD = inspect.signature(Cell.build).parameters
 _KEYS = ("sources", *(name for name in _BUILD if name not in _INSIDE))
@@ -204,7 +204,7 @@ def _files(home: Path, sources: Any) -> list[Path]:
             continue
         try:
             matching = sorted(home.glob(str(source)), key=lambda file: file.parts)
-        except (NotImplementedError, ValueError):  # an absolute or empty pattern
+        except (NotImplementedError, ValueError):  # the pattern is absolute or empty
             matching = []
         if not matching:
             raise InputError(f"no file is called {source}", file=home, hint="correct rcx_sources")

@@ -43,7 +43,7 @@ __all__ = [
 #: Limit of instants in a chart, to keep it readable; a wave file has all of them.
 MOST_INSTANTS = 400
 
-#: Least and greatest number of characters for the names; between them, two fifths of the width.
+#: The names get two fifths of the width, but at least and at most these numbers of characters.
 _LABEL = (26, 50)
 #: A watched variable with more changes gets no separate columns.
 _OFTEN = 50
@@ -56,7 +56,7 @@ _TOO_FEW = 2
 
 _WORD = ElementaryType("WORD")
 
-#: Text instead of a chart without a change.
+#: Text that is shown instead of a chart if nothing has changed.
 NOTHING = "no dedicated signal and no remote command changed"
 
 
@@ -69,14 +69,14 @@ class Lane:
     """One signal: its changes as (time in microseconds, new value).
 
     Attributes:
-        name: The text beside it.
+        name: The text beside the lane.
         kind: `input`, `output`, `variable` or `event` for ON or OFF, `word` for a word, `value` for
             values as text, `task` for a task of a robot program, `stage` for the names of an
             enumeration, `curve` for a number over time, `finding` for broken rules.
         changes: In order of time.
         first: The value before the first change.
-        show: Converts a value to text; without it a word has its hexadecimal digits.
-        always: It is drawn even if it is OFF all the time.
+        show: Function that converts a value to text; None: a word is shown in hexadecimal digits.
+        always: Whether the lane is drawn even if it is OFF all the time.
     """
 
     name: str
@@ -119,7 +119,7 @@ class Lane:
 
     @property
     def is_restless(self) -> bool:
-        """Return whether it changes too often for a column for each change."""
+        """Return whether the lane changes too often to get a column for each change."""
         return len(self.changes) > _OFTEN
 
     def spans(self, begin_us: int, end_us: int) -> Iterator[tuple[int, int, Any]]:
@@ -203,8 +203,7 @@ class _Signals:
     def lanes(self, told: Collection[str]) -> list[Lane]:
         """Return the bits that changed or explain something, the command code and the status.
 
-        `told` has further bits that explain something, in addition to the bits that follow from the
-        wire.
+        `told` has bits that explain something and that cannot be derived from the areas.
         """
         bits = [lane for _, _, lane in self.inputs + self.outputs]
         ever_on = {code for code, lane in zip(self._codes, bits, strict=True) if lane.changes}
@@ -256,12 +255,13 @@ class Timeline:
     """The changes of the dedicated signals, as the PLC reads and writes them.
 
     It also collects the lines of the tasks of robot programs, if they are recorded. With a trace it
-    collects the changes of recorded variables and positions, too. Give `take` to
-    `Trace.listen`. Memory grows with the changes, not with the time.
+    also collects the changes of recorded variables and positions. Give `take` to `Trace.listen`.
+    Memory grows with the changes, not with the time.
     """
 
     def __init__(self, trace: samples.Trace[Any] | None = None) -> None:
-        alone = trace is not None and "size" not in trace.header  # without a robot
+        # a trace of a program without a robot has no size of areas
+        alone = trace is not None and "size" not in trace.header
         self._controllers = {} if alone else {1: _Signals(1)}
         self._variables = _Variables(trace.watched if trace is not None else {})
         self._positions = [
@@ -349,7 +349,7 @@ class Timeline:
     def bands(self, widths: Sequence[int], room: int) -> list[Band]:
         """Return the chart in bands of at most the given width.
 
-        A band does not show bits that are OFF in all of it.
+        A band does not show bits that are OFF in the whole band.
 
         `widths` are the widths of the columns of all instants. A band has at least one column.
         """

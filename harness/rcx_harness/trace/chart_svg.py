@@ -41,16 +41,16 @@ __all__ = [
 CURVE = 40
 
 _COLUMN, _ROW = 74, 30
-#: Width of a letter: of a name, of a text in a small box, of a value.
+#: Width of a letter in pixels: in a name, in a text in a small box, in a value.
 _LETTER, _SMALL, _VALUE = 7.6, 5.9, 7.3
-#: Room for the columns of a band.
+#: Width for the columns of a band, in pixels.
 _ROOM = 12 * _COLUMN
 _LEAD = 24
 _HEAD = 46
 _GAP = 18
 
-#: Times of a curve [us]: time without a change after which it is at rest, time between its points,
-#: time of a step.
+#: Times of a curve [us]: time without a change after which the curve is at rest, time between two
+#: points of the curve, and duration of a step.
 _REST_US, _FINE_US, _STEP_US = 20_000, 15_000, 5_000
 
 #: Colour of a wave by the kind of its lane.
@@ -76,7 +76,7 @@ STYLE = (
     "path{fill:none;stroke-width:1.8;stroke-linejoin:round}"
 )
 
-#: Start position, end position, value.
+#: A piece of a lane: start position, end position, value.
 _Span = tuple[float, float, Any]
 
 
@@ -144,7 +144,7 @@ class Look:
         high: Height from OFF to ON.
         edge: Half the width of an edge.
         digits: Position of a word's digits, right of its edge and above OFF.
-        room: A box that is narrower than this has no digits.
+        room: Width of the narrowest box that shows digits.
         filled: Whether ON is filled and the box of a word shows its digits as a tooltip.
         whole: Whether a curve is scaled to the values of the whole run instead of the shown part,
             and has as many points as are visible.
@@ -266,7 +266,7 @@ def _box(x: float, end: float, base: int, more: str, look: Look) -> str:
 
 
 def _names(lane: Lane) -> dict[Any, str]:
-    """Return the names of a lane's values; those of an enumeration without their common prefix."""
+    """Return the names of a lane's values; names of an enumeration lose their common prefix."""
     shown = {value: str(value) for _, value in lane.changes}
     if lane.kind != "stage":
         return shown
@@ -355,7 +355,7 @@ def svg_chart(timeline: Timeline, title: str = "") -> str:
 
 
 def _lead(band: Band) -> int:
-    """Return the space before the first column, for values that end there."""
+    """Return the width of the space before the first column; it shows the values that end there."""
     wanted = [_LEAD]
     for lane in band.lanes:
         before, then = (lane.value_at(band.instants[0] - back) for back in (1, 0))

@@ -45,7 +45,7 @@ def named(texts: Iterable[str]) -> set[str]:
 
 
 def unanswered(ever_on: Collection[str]) -> set[str]:
-    """Return the missing answers, and the missing conditions of these answers.
+    """Return the missing answers to inputs that were ON, and the missing conditions of the answers.
 
     SI(00) is included if it has never released the emergency stop that SO(00) shows.
     """

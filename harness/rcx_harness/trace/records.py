@@ -42,11 +42,11 @@ class Scan(NamedTuple):
 
 
 class Cycle(NamedTuple):
-    """One controller cycle: the area sampled (empty without a connection), the area answered.
+    """One controller cycle: the input area (empty without a connection) and the output area.
 
-    `positions` are the positions after it, if they are recorded and have changed. `poses` are the
-    poses of the robots (`rcx_harness.robot.shape.poses`), if they have changed. `tasks` are the
-    tasks of the robot programs (`rcx_harness.robot.listing.task_places`), if they have changed.
+    `positions` are the positions after the cycle, if they are recorded and have changed. `poses`
+    are the poses of the robots (`rcx_harness.robot.shape.poses`), if they have changed. `tasks` are
+    the tasks of the robot programs (`rcx_harness.robot.listing.task_places`), if they have changed.
     """
 
     t_us: int
@@ -149,7 +149,8 @@ def read_trace(
 
     Raises:
         InputError: the file is not readable or not of this format, or a line is not a record. The
-            iterator raises it, too, as `CutOffError` if the last line is incomplete.
+            iterator can raise this error as well; it raises `CutOffError` if the last line is
+            incomplete.
     """
     file = open_file(path, TRACE)  # the iterator closes it
     length = max(1, os.fstat(file.fileno()).st_size)
@@ -221,8 +222,8 @@ class _Order:
     """The check of the order of scans and cycles in a trace, which reveals missing lines.
 
     Args:
-        changes: Whether the trace has only records with changes, like that of `rcx serve`: their
-            numbers have gaps, and a cycle may have two changes.
+        changes: Whether the trace has only records with changes, like a trace of `rcx serve`. The
+            numbers of such records have gaps, and a cycle may have two changes.
     """
 
     def __init__(self, *, changes: bool) -> None:

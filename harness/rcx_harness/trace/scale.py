@@ -16,7 +16,7 @@ from rcx_harness.trace.chart_svg import CURVE, STYLE, Look, Scale, document, dra
 
 __all__ = ["scaled_svg", "scaled_text"]
 
-#: Number of lines of a chart whose scale is not chosen; greatest number of drawn lines.
+#: Number of lines of a chart if the user has not chosen a scale; greatest number of drawn lines.
 _LINES, _MOST_LINES = 6, 100
 _MS, _S, _MIN = 1_000, 1_000_000, 60_000_000
 #: Possible times of a line, and of the steps between its time marks [us].
@@ -26,7 +26,7 @@ _STEPS = (
     *(k * _MIN for k in (1, 2, 5, 10, 20, 30, 60)),
 )
 
-#: The picture [pixels].
+#: Sizes in the picture [pixels].
 _PLOT, _LETTER = 1000, 7.6
 _ROW, _TOP, _HEAD, _GAP = 28, 44, 34, 16
 _MARKS = 10
@@ -38,7 +38,7 @@ _APART = 10
 
 @dataclass(frozen=True)
 class _Line:
-    """One line of a chart: its start, its end, and its part of a whole line."""
+    """One line of a chart: its start, its end, and the part of the full width that it fills."""
 
     begin_us: int
     end_us: int

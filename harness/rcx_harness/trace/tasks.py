@@ -40,7 +40,7 @@ def statement_of(programs: Iterable[Mapping[str, Any]], task: Mapping[str, Any])
 
 
 def _without_comment(text: str) -> str:
-    """Return a statement with single spaces and without the comment behind it."""
+    """Return a statement with single spaces and without the comment that follows."""
     quoted = False
     for k, letter in enumerate(text):
         if letter == '"':

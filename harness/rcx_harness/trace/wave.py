@@ -154,7 +154,7 @@ class Wave:
     Args:
         controllers: Number of controllers, possibly 0. Scope names contain the number of the
             controller, except for the first.
-        trace: The trace whose watched variables and positions are written, too.
+        trace: A trace with watched variables and positions, which are written as well.
     """
 
     def __init__(

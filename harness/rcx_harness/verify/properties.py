@@ -64,7 +64,8 @@ class Declared:
         name: The name in messages.
         that: The demanded condition, or a function of the cell that returns it.
         within_us: `that` must hold within this time [us]. None: `that` always holds.
-        after: The time starts when this becomes true. None: it runs whenever `that` is false.
+        after: The time starts when this condition becomes true. None: the time runs whenever `that`
+            is false.
         file: The file that declares the property.
         home: The user's path of the file if `file` is a copy; None: `file` is not a copy.
     """
@@ -140,7 +141,7 @@ def eventually(
 
     Args:
         within: The time.
-        after: The time starts when this becomes true. Without it, the time starts when the
+        after: The time starts when this condition becomes true. None: the time starts when the
             property is false.
         name: The name in messages. Default: the name of the function, with blanks.
     """
@@ -193,7 +194,7 @@ def _blamed(
     user's path of the file if `file` is a copy.
     """
     if isinstance(error, KeyboardInterrupt) and not _is_raised(error):
-        return error  # Ctrl-C
+        return error  # the user has pressed Ctrl-C
     name = f"{property_}: " if property_ else ""
     line = _line(error, file)
     if isinstance(error, InputError):
@@ -243,7 +244,7 @@ class _Asked:
         self.condition = that if isinstance(that, Condition) else None
 
     def now(self) -> bool:
-        """Return whether it holds now."""
+        """Return whether the condition holds now."""
         if isinstance(self._that, Condition):
             return self._that.holds()
         assert self._cell is not None
@@ -436,7 +437,10 @@ class Judge:
         return f"{text}; {standing}" if standing else text
 
     def expected(self, kind: str) -> str:
-        """Return the condition that a failure of this kind broke; "" if it is not a single one."""
+        """Return the broken condition of the property with this kind of failure, for a stimulus.
+
+        It is empty if the property is a Python function or compares with an earlier scan.
+        """
         for one in self._properties:
             that = one.declared.that
             if one.declared.kind == kind and isinstance(that, str) and not one.has_before:

@@ -24,8 +24,8 @@ class BlockErrors:
 
     A block shows its error only until Execute is FALSE, so `scan` must be called after each scan.
     Blocks with Enable are left out, because most of them report an error until the robot is
-    connected. Blocks inside other blocks with ErrorID are left out, too: the outer block reports
-    their errors.
+    connected. Blocks inside other blocks with ErrorID are also left out, because the outer block
+    reports their errors.
     """
 
     def __init__(self, program: Program) -> None:
@@ -63,7 +63,7 @@ def error_text(program: Program, path: str, block: BlockType) -> str:
     """Return the error that a block shows, with its name, and with its alarm if there is one.
 
     `error 16#8020 (Abnormal end, alarm 6.204: Point doesn't exist)` is an example. The names of
-    errors are those of spec/errors.toml, the names of alarms those of spec/public_alarms.toml.
+    errors come from spec/errors.toml, the names of alarms from spec/public_alarms.toml.
     """
     number = int(str(program.read(f"{path}.ErrorID")))
     alarm = ""

@@ -2,7 +2,7 @@
 
 A block that takes a `Robot : RCX_REF`, or contains such blocks, remembers the state of its last
 call. It needs exactly one call in each scan, always for the same robot, between FB_ReadArea and
-FB_WriteArea. Outside of these two, a block that requests something from the robot ends with
+FB_WriteArea. If a block that requests something from the robot is called elsewhere, it ends with
 16#8017. Blocks that read or write one bit or word of an image have no memory, so they may be called
 anywhere.
 """
@@ -60,7 +60,7 @@ class CallPlan(NamedTuple):
 
     Attributes:
         blocks: Types to watch, in upper case, with the index of the RCX_REF among their VAR_IN_OUT;
-            None for a block that contains its robots.
+            None for a block that declares its robots itself.
         owners: The user's programs and blocks, by type in upper case, with the watched instances in
             each. Empty if every call is certain and nothing needs watching.
     """
@@ -135,13 +135,14 @@ class _Block:
     """A type of block.
 
     Attributes:
-        name: In upper case.
-        pin: Its VAR_IN_OUT of type RCX_REF, in upper case; empty if it has none.
-        place: Index of that pin among its VAR_IN_OUT.
-        watched: Whether it needs exactly one call in each scan.
-        works: Whether it has an Execute or Enable, is an area block, or contains such blocks.
-        asks: Whether it requests something from the robot, so that it fails outside of the area
+        name: The name of the type in upper case.
+        pin: The block's VAR_IN_OUT of type RCX_REF, in upper case; empty if there is none.
+        place: Index of `pin` among the VAR_IN_OUT.
+        watched: Whether the block needs exactly one call in each scan.
+        works: Whether the block has an Execute or Enable, is an area block, or contains such
             blocks.
+        asks: Whether the block requests something from the robot. A call outside of the area blocks
+            then fails.
     """
 
     name: str
@@ -235,7 +236,7 @@ class _Calls:
 
     Attributes:
         blocks: All types of blocks.
-        called: Its watched instances, in upper case.
+        called: The watched instances of the program or block, in upper case.
         varies: Whether a robot is selected by an index that is not constant.
     """
 
@@ -267,7 +268,7 @@ class _Calls:
         """Return the findings, in the order of the lines."""
         return sorted(self._found.values(), key=lambda one: one.at)
 
-    # --- ways through the body ---
+    # --- paths through the body ---
 
     def _run(
         self, body: Iterable[s.Statement], way: _Way, guards: tuple[int, ...], *, loop: bool
@@ -321,7 +322,7 @@ class _Calls:
             if isinstance(one, s.CallStatement) and (block := self._called(one)) is not None:
                 yield one, block
 
-    # --- one call ---
+    # --- checks of one call ---
 
     def _call(
         self, one: s.CallStatement, block: _Block, way: _Way, guards: tuple[int, ...], loop: bool
@@ -433,7 +434,7 @@ def _joined(ways: Sequence[_Way]) -> _Way:
 
 
 def _both_run(before: Sequence[_Call], call: _Call) -> bool:
-    """Return whether the first call runs if the second runs: its branch encloses the second."""
+    """Return whether `call` can run together with a call of `before`, by their branches."""
     pairs = [(one.guards, call.guards) for one in before]
     return any(a == b[: len(a)] or b == a[: len(b)] for a, b in pairs)
 

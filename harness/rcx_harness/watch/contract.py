@@ -6,8 +6,8 @@ rules depend on Execute or Enable at the call. They are checked only if the sour
 values certain: one call per scan that cannot be skipped, and no assignment to the pin after it
 (`steady_instances`).
 
-A call out of place is recognized by the block's own ErrorID, since only the built-in engine reports
-calls.
+A call outside of FB_ReadArea and FB_WriteArea is recognized by the ErrorID of the block, because
+only the built-in engine reports calls.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class _Instance:
         # In the order of declaration, so that the pins are adjacent in memory.
         there = [pin for pin in names if pin in self.pins]
         self.read = [f"{self.path}.{names[pin]}" for pin in there]
-        """Paths of the existing pins."""
+        """Paths of the pins in `pins` that the block has, in the order of declaration."""
         self._at = [there.index(pin) if pin in names else None for pin in self.pins]
         self.has_id = "errorid" in names
         self.before: tuple[Any, ...] = (0,) * len(there)
@@ -88,7 +88,7 @@ class _Instance:
         return found
 
     def begin(self, now: tuple[Any, ...]) -> None:
-        """Take over the values of `read` if an output is shown; the first scan continues it."""
+        """Take over the values of `read` if an output is true, since this output is not new."""
         if any(self._by_pin(now)[1:]):
             self.before = now
 
@@ -156,8 +156,8 @@ class ContractMonitor:
 
     Args:
         steady: Result of `steady_instances`: instances that their owner calls exactly once, and
-            whose Execute or Enable no statement changes after the call. If the owner is such an
-            instance, too, all rules are checked for them.
+            whose Execute or Enable no statement changes after the call. All rules are checked for
+            an instance if its owner is also steady.
     """
 
     def __init__(self, program: Program, steady: Collection[str] = ()) -> None:
@@ -211,8 +211,10 @@ class _Found(NamedTuple):
     """The data of an instance: its contract, path, pins and the blocks around it.
 
     Attributes:
-        outermost: Whether a program declares it. A block may call an inner block twice in a scan.
-        topmost: Whether no instance around it is watched; only such instances are reported.
+        outermost: Whether a program declares the instance. A block may call an inner block twice in
+            a scan.
+        topmost: Whether no instance around it is watched. Only such an instance reports a call
+            outside of FB_ReadArea and FB_WriteArea.
     """
 
     kind: type[_Instance]
@@ -289,7 +291,7 @@ def _id_of(error: bool, error_id: int) -> list[str]:
 
 
 def _at_the_call(pins: _Pins, before: _Pins, execute: bool, saw: bool) -> list[str]:
-    """Check the rules of a call with Execute equal to `execute`, after a call with `saw`.
+    """Check the rules of a call; `execute` is Execute now, `saw` is Execute at the call before.
 
     A rising edge must show an output at once. Without an edge and without Busy before, no new
     output may appear. While Execute is true, an output must stay. After Execute has fallen, Done,

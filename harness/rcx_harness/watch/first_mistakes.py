@@ -27,7 +27,8 @@ _FILES = (Path(__file__), Path(__file__).with_name("robots_used.py"))
 
 #: Blocks that switch servos on. They need SI(00) (manual chapter 5, 3.1).
 _SERVOS = ("FB_SERVOON", "FB_SERVOONFROMEMERGENCYSTOP", "FB_POWERUP", "FB_SERVO", "FB_MOTORPOWER")
-#: Blocks that move the robot or start its program. They need SI(06), too (chapter 5, 2 and 3.2).
+#: Blocks that move the robot or start its program. They need SI(00) and SI(06) (chapter 5, 2 and
+#: 3.2).
 _MOVES = (
     "FB_ABSOLUTERESETMOVEMENT",
     "FB_AUTOSTART",
@@ -60,7 +61,7 @@ _OTHER_IMAGE = {
 
 
 class Mistake(NamedTuple):
-    """A first mistake: its place, its consequence, and the remedy."""
+    """A first mistake: its position in the source, its consequence, and the remedy."""
 
     file: Path
     at: Position
@@ -109,7 +110,7 @@ class _Mistakes:
     def _at(self, call: Call, text: str) -> Mistake:
         return Mistake(self._files[call.file], call.node.at, text)
 
-    # --- FB_ReadArea, FB_WriteArea ---
+    # --- missing calls of FB_ReadArea and FB_WriteArea ---
 
     def _missing(self, robot: Robot) -> Iterator[Mistake]:
         """Find a robot with calls of blocks, but without FB_ReadArea or FB_WriteArea."""
@@ -214,7 +215,7 @@ class _Mistakes:
             and all(self._used.stays_false(call, pin) for call in calls)
         )
 
-    # --- images ---
+    # --- wrong process images ---
 
     def _wrong_images(self, robot: Robot) -> Iterator[Mistake]:
         """Find an area block with the image of the other direction."""

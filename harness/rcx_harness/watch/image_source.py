@@ -218,7 +218,7 @@ class _Images:
         self._symbols[owner.name.upper(), key] = symbol
         return owner.name.upper(), key
 
-    # --- what follows from it ---
+    # --- conclusions from the writes ---
 
     def _all_images(self) -> dict[_Place, str]:
         """Return the images with their names; a VAR_IN_OUT is replaced by its arguments."""

@@ -39,12 +39,12 @@ def pins_of(block: BlockType) -> set[str]:
 
 @dataclass(frozen=True, eq=False)
 class _Frame:
-    """A program, or a user's block at one place of its call.
+    """A program, or one instance of a user's block that is called.
 
     Attributes:
-        pou: Its code.
-        place: The instance; None if the source does not decide it.
-        bound: The arguments of its VAR_IN_OUT, by name in upper case.
+        pou: The code of the program or block.
+        place: The path of the instance; None if the source does not decide it.
+        bound: The arguments of the block's VAR_IN_OUT, by name in upper case.
     """
 
     pou: t.Pou
@@ -57,7 +57,7 @@ class Call:
     """A call of a block for a robot.
 
     Attributes:
-        instance: Its place; None if the source does not decide it.
+        instance: The path of the called instance; None if the source does not decide it.
         image: The process image in its arguments, if there is one.
         frame: The frame in which `pou` runs.
     """
@@ -86,9 +86,9 @@ class Robot:
     """A robot and the calls for it.
 
     Attributes:
-        name: Its name for the user.
-        copy: The VAR_INPUT of a block that makes it a copy, with this block.
-        known: Whether the source decides every use of it.
+        name: The name of the robot in messages.
+        copy: If a block takes the robot as a copy: its VAR_INPUT, and this block.
+        known: Whether the source decides every use of the robot.
     """
 
     name: str
@@ -188,7 +188,7 @@ class RobotsUsed:
             bodies.append(self._project.pous[above])
             above = self._project.objects.extended.get(above, "")
         for pou in bodies:
-            if pou.file not in self._files:  # it extends a block of the library
+            if pou.file not in self._files:  # the block extends a block of the library
                 continue
             self._note_uses(frame.pou, pou.body)
             for node in nodes(pou.body):
@@ -274,10 +274,10 @@ class RobotsUsed:
             for one in parts(node):
                 self._note_uses(owner, one)
 
-    # --- places ---
+    # --- paths of variables ---
 
     def _place(self, variable: t.Expression, frame: _Frame, pou: t.Pou) -> Place | None:
-        """Return the place of a variable; None if the source does not decide it."""
+        """Return the path of a variable; None if the source does not decide it."""
         if isinstance(variable, t.Use):
             return self._of_symbol(variable.symbol, frame, pou)
         if isinstance(variable, t.This):

@@ -1,4 +1,4 @@
-"""The sections of the manual behind the rules."""
+"""The sections of the manual that state the rules."""
 
 from __future__ import annotations
 

@@ -41,12 +41,12 @@ def word(area: bytes, offset: int) -> int:
 
 
 class WireMonitor:
-    """Monitor of the areas that a program writes, checked against the areas that it has read.
+    """A monitor that checks the areas that a program writes against the areas that it has read.
 
     A command is a handshake over several scans. The data must be set one scan before the code. The
     code may be set only while the program reads status 16#0000. Code and data must then stay
-    unchanged until it reads an end status. Changes of dedicated inputs must be 100 ms apart, except
-    that SI(00) and SI(06) may go OFF at any time.
+    unchanged until the program reads an end status. Changes of dedicated inputs must be 100 ms
+    apart, except that SI(00) and SI(06) may go OFF at any time.
 
     Args:
         size: Bytes of the area; before the first scan all are zero.

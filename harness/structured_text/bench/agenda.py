@@ -11,8 +11,8 @@ from structured_text.output.units import within_us
 
 __all__ = ["SCAN", "STIMULUS", "Action", "Agenda", "Duration", "Snapshot", "scan_us"]
 
-#: Kinds of events in the order in which they happen at equal times: stimulus, devices around the
-#: program, scan.
+#: Kinds of events. At equal times the stimulus comes first, then the devices around the program,
+#: then the program's scan.
 STIMULUS, SCAN = 0, 5
 
 Duration = str | int | timedelta
@@ -20,12 +20,15 @@ Duration = str | int | timedelta
 #: The function that an event calls. Its argument is the time of the event in microseconds.
 Action = Callable[[int], None]
 
-#: State of an agenda, for `Agenda.restore`.
+#: The saved state of an agenda, see `Agenda.restore`.
 Snapshot = tuple[tuple[Any, ...], int, dict[int, int]]
 
 
 def scan_us(scan: Duration) -> int:
-    """Return the period of a scan in microseconds; raise InputError unless it is 100 us to 10 s."""
+    """Return the period of a scan in microseconds.
+
+    Raise InputError unless it is from 100 us to 10 s.
+    """
     return within_us("the scan", scan, 100, 10_000_000)
 
 
@@ -75,7 +78,10 @@ class Agenda:
         return self._queue[0][:2]
 
     def pop(self) -> tuple[int, Action]:
-        """Remove the next event and return its time and its action; requeue it if it repeats."""
+        """Remove the next event, and return its time and action.
+
+        If the event repeats, schedule its repetition.
+        """
         t_us, kind, device, number, action = self._queue[0]
         if period_us := self.periods.get(kind):
             heapreplace(self._queue, (t_us + period_us, kind, device, number, action))

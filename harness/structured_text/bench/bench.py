@@ -23,9 +23,9 @@ from structured_text.projects.sources import Files, SourceFiles, source_files
 
 __all__ = ["Bench", "BenchTimeout"]
 
-#: A time, or a number of scans, that no run reaches.
+#: Stands for a time, or a number of scans, that no run reaches.
 _NEVER = sys.maxsize
-#: Upper limit for a number of scans, and for a delay of a scan in microseconds.
+#: Upper limits for a number of scans, and for a delay of a scan in microseconds.
 _MOST_SCANS, _LONGEST_US = 10**10, 365 * 86_400_000_000
 
 _Self = TypeVar("_Self", bound="Bench")
@@ -36,7 +36,7 @@ class BenchTimeout(AssertionError):  # noqa: N818 - a failed assertion, not a fa
 
 
 class _ClosedProgram:
-    """The stand-in for a program after `close`, when the memory of a compiled program is freed."""
+    """The stand-in for the program of a closed bench, after its memory has been freed."""
 
     def __init__(self, error: Callable[[], InputError]) -> None:
         self._error = error
@@ -128,7 +128,7 @@ class Bench:
             keep: Number of trace records in memory; each snapshot contains them.
 
         Raises:
-            InputError: anything wrong with the sources or the arguments.
+            InputError: The sources or the arguments have an error.
         """
         whole("keep", keep, 0, sys.maxsize)
         files = program
@@ -204,7 +204,7 @@ class Bench:
             The time that passed, in microseconds.
 
         Raises:
-            BenchTimeout: the predicate did not become true within this time.
+            BenchTimeout: The predicate did not become true within this time.
             InputError: `predicate` is not a function.
         """
         if not callable(predicate):
@@ -238,7 +238,7 @@ class Bench:
         """Trigger one of `events.EVENTS` now.
 
         Raises:
-            InputError: no such event, or arguments that it does not take.
+            InputError: There is no such event, or it does not take these arguments.
         """
         if event not in EVENTS:
             raise InputError(f"unknown event {event!r}", hint=f"use {', '.join(EVENTS)}")
@@ -251,8 +251,8 @@ class Bench:
     def start_plc(self, start: str = "warm") -> None:
         """Put the PLC into RUN; restart it if it runs already.
 
-        `start` is `"warm"` to reset all variables except retained ones, `"cold"` to reset all of
-        them, or `"continue"` to reset none.
+        `start` is `"warm"` to reset all variables except retained ones, `"cold"` to reset all
+        variables, or `"continue"` to reset none.
         """
         checked(EVENTS, "plc_run", {"start": start})
         self.plc.start(start)
@@ -272,7 +272,7 @@ class Bench:
 
     @property
     def notice(self) -> str:
-        """Return a line about the chosen engine and one about the network, if there are any."""
+        """Return the notices about the chosen engine and about the network; empty without any."""
         return "\n".join(filter(None, (self._notice, self._agenda.notice)))
 
     @contextmanager
@@ -334,7 +334,7 @@ class Bench:
         """Shut down the devices around the program; a bench has none."""
 
     def _closed(self) -> InputError:
-        """Return the error for every operation after `close`."""
+        """Return the error for an operation on a closed bench."""
         hint = "read and scan before close(), inside the `with`"
         return InputError(f"the {self.place} is closed", hint=hint)
 

@@ -15,7 +15,7 @@ from structured_text.projects.sources import SourceFiles
 
 __all__ = ["Compiled"]
 
-#: Number of programs of closed benches that this process caches for later benches.
+#: Number of programs of closed benches that this process saves for later benches.
 _WAITING = 8
 #: Environment variables that influence the choice of an engine.
 _CHOICE = ("RCX_MATIEC", "RCX_STRUCPP", "RCX_CACHE", "PATH", "CC", "CXX")
@@ -29,7 +29,7 @@ class Compiled:
     """A compiled program with its sources, notes and retained variables.
 
     Raises:
-        InputError: anything wrong with the sources or the engine.
+        InputError: The sources have an error, or the engine cannot run them.
     """
 
     def __init__(self, files: SourceFiles, engine: str = "auto") -> None:
@@ -51,7 +51,7 @@ class Compiled:
         A cached program is reset to its state before the first scan.
 
         Raises:
-            InputError: anything wrong with the sources or the engine.
+            InputError: The sources have an error, or the engine cannot run them.
         """
         key = "" if collecting() else cache.sources_key(files.all)
         name = (cls, key, files, engine, *map(os.environ.get, _CHOICE)) if key else None
@@ -75,7 +75,7 @@ class Compiled:
     def fresh(self) -> Program:
         """Reset the program to its state before the first scan, and return it.
 
-        All users of this object share the one program.
+        All users of this object share this program.
         """
         self.program.restore(self._first)
         return self.program

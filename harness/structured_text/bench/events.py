@@ -32,7 +32,7 @@ _On = TypeVar("_On", contravariant=True)
 
 @dataclass(frozen=True)
 class Event(Generic[_On]):
-    """An event: its help text, and a function that checks arguments and returns the call."""
+    """An event: its help text, and a function that checks the arguments and returns the action."""
 
     text: str
     made: Callable[..., Callable[[_On, int], None]]
@@ -89,7 +89,7 @@ OPPOSITES: dict[str, str] = {"plc_stop": "plc_run", "plc_power_off": "plc_power_
 
 
 def opposite(event: str, args: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
-    """Return the event that ends a lasting event, with its arguments, such as the kind of start.
+    """Return the event that ends a lasting event, with the same arguments.
 
     Raise InputError if the event does not last.
     """
@@ -105,7 +105,7 @@ def checked(
     """Check the arguments of an event; return a function that triggers it on a bench or device.
 
     Raises:
-        InputError: arguments that the event does not take, or impossible values.
+        InputError: The event does not take these arguments, or a value is impossible.
     """
     made = events[event].made
     takes = list(inspect.signature(made).parameters)

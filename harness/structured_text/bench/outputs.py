@@ -1,4 +1,4 @@
-"""Checks that the files that a run writes overwrite no inputs and no foreign files."""
+"""Checks that the output files of a run overwrite no inputs and no files of other programs."""
 
 from __future__ import annotations
 
@@ -31,13 +31,14 @@ def check_outputs(
     """Check that outputs overwrite no input, no other output and no foreign file.
 
     Args:
-        outputs: Where to write, by kind: `trace`, `chart`, `vcd`, `view`; None for nothing.
+        outputs: The files to write, by kind: `trace`, `chart`, `vcd`, `view`; None for a kind that
+            is not written.
         files: The ST files that the run reads, if there are any.
         inputs: Further inputs; entries that are not paths are ignored.
 
     Raises:
-        InputError: an output that is an input, two outputs that are one file, or an existing file
-            that no run has written.
+        InputError: An output is an input, two outputs are one file, or a file exists that no run
+            has written.
     """
     if not any(outputs.values()):
         return
@@ -60,7 +61,7 @@ def check_outputs(
 
 def _check_earlier(kind: str, output: str | Path) -> None:
     """Check that an existing file is empty or the output of an earlier run."""
-    if not os.path.isfile(output):  # a missing file or a device cannot be overwritten
+    if not os.path.isfile(output):  # only existing plain files can be overwritten
         return
     name, beginning = _WRITTEN[kind]
     try:

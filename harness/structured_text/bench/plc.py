@@ -1,4 +1,4 @@
-"""The state of a PLC apart from its scans: STOP and RUN, power, effect of a start."""
+"""The state of a PLC apart from its scans: STOP and RUN, power, and the effects of a start."""
 
 from __future__ import annotations
 
@@ -24,13 +24,16 @@ class Monitor(Protocol):
         """Restore the state from `snapshot`."""
 
     def begin(self) -> None:
-        """Begin with the current variables; after a warm start they include VAR RETAIN."""
+        """Begin with the current variables.
+
+        After a warm start, retained variables have their old values.
+        """
 
 
 class Plc:
     """A program with the state of its PLC and the monitors that watch it.
 
-    `program` has not run its first scan; `monitors` restart with it.
+    `program` has not run its first scan. `monitors` begin anew when the program restarts.
     """
 
     def __init__(
@@ -50,7 +53,7 @@ class Plc:
         self._outside: dict[str, Value] = {}
 
     def note(self, path: str) -> None:
-        """Note that a variable was set from outside."""
+        """Note that a variable was set from outside the program."""
         self._outside.pop(path, None)
         self._outside[path] = self._program.read(path)
 

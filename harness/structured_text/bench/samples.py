@@ -1,4 +1,4 @@
-"""The trace of a run: JSON lines, one for each scan and broken rule, and for further records."""
+"""The trace of a run: a line of JSON for each scan, each broken rule and each further record."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["COMPACT", "FORMAT", "KEPT", "Sample", "Trace"]
 #: Value of `format`, the first entry of the first line.
 FORMAT = f"{COMMAND}-trace/1"
 
-#: Number of records in memory: about two minutes of a 10 ms scan. A file contains all of them.
+#: Number of records in memory: about two minutes of a 10 ms scan. The file has all records.
 KEPT = 40_000
 
 COMPACT: dict[str, Any] = {"separators": (",", ":"), "ensure_ascii": False}
@@ -62,7 +62,7 @@ class Trace(Generic[_R]):
     """The records of a run, streamed to a file as they come; the latest are also in memory.
 
     Args:
-        header: Entries of the first line after `format`, in this order.
+        header: Entries of the first line behind `format`, in this order.
         path: File to write; None for memory only.
         new: Refuse a file that exists.
         keep: Number of records in memory.
@@ -70,7 +70,7 @@ class Trace(Generic[_R]):
         last: Further entries at the end of the first line.
 
     Raises:
-        InputError: the file cannot be written.
+        InputError: The file cannot be written.
     """
 
     def __init__(

@@ -23,7 +23,7 @@ from structured_text.output.units import parse_us
 __all__ = ["PLC", "Entry", "Stimulus", "event_of", "listed", "typed"]
 
 _ENTRY = re.compile(r"^\s*(?:\[\[\s*at\s*\]\]|(?:at\s*=\s*\[\s*)?\{[^#]*\btime\b)")
-#: Prefix of the events of a PLC. The key `plc` omits it.
+#: Prefix of the names of the events of a PLC. The key `plc` omits the prefix.
 PLC = "plc_"
 
 _Made = TypeVar("_Made", bound="Entry")
@@ -38,9 +38,9 @@ class Entry:
         t_us: Time from the start of the run.
         values: Variables to set, by path.
         events: Events of the PLC: name and arguments.
-        held_us: Time after which the values, all of type BOOL, and the events are undone; None:
+        held_us: Time after which the values, all of type BOOL, and the events are undone; None if
             they stay.
-        expect: Conditions that must hold just before all this: see `engines.conditions`.
+        expect: Conditions that must hold just before the values are set: see `engines.conditions`.
     """
 
     keys: ClassVar[tuple[str, ...]] = ("time", "set", "plc", "for", "expect")
@@ -127,7 +127,7 @@ class Entry:
         return held_us
 
     def parts(self: _Made) -> list[_Made]:
-        """Return the entry without an end, and a second entry for its end if it has one."""
+        """Return the entry without its end, and a further entry for the end if it has one."""
         if self.held_us is None:
             return [self]
         return [replace(self, held_us=None), self.end(self.t_us + self.held_us)]
@@ -174,7 +174,8 @@ class Stimulus:
         """Read a stimulus file.
 
         Raises:
-            InputError: unreadable, not TOML, or a wrong entry, with its line.
+            InputError: The file is unreadable or not TOML, or an entry is wrong; the error has its
+                line.
         """
         file = Path(path)
         table = load_toml(file)
@@ -203,7 +204,7 @@ class Stimulus:
         """Check all entries, then schedule them in `bench`.
 
         Raises:
-            InputError: a path, value, event or signal that does not exist.
+            InputError: A path, value, event or signal does not exist.
         """
         self.check(bench)
         expected = self._expected(bench)
@@ -217,7 +218,7 @@ class Stimulus:
         """Try the entries on the state of `bench`, and undo them.
 
         Raises:
-            InputError: a path, value, event or signal that does not exist.
+            InputError: A path, value, event or signal does not exist.
         """
         with bench.trying():
             for entry in self.entries:
@@ -275,8 +276,8 @@ def event_of(
 ) -> tuple[str, Mapping[str, Any]]:
     """Return name and arguments of an event from the file.
 
-    Raise InputError if it is not an event. `names` maps the names in the file to full names of
-    events; `elsewhere` has hints for events that belong to another key.
+    Raise InputError if it is not an event. `names` maps the names in the file to the full names of
+    events. `elsewhere` has hints for events that must stand under another key.
     """
     args: dict[str, Any] = {}
     if isinstance(given, dict):
@@ -321,6 +322,6 @@ def _typed(kind: Type, value: Any) -> Any:
             for name, part in value.items()
         }
     if isinstance(value, list) and isinstance(kind, ArrayType):
-        # An array of several dimensions is a list of rows.
+        # The value of an array with several dimensions is a list of rows.
         return [_typed(kind if isinstance(part, list) else kind.element, part) for part in value]
     return value

@@ -17,7 +17,7 @@ from structured_text.output.limits import MOST_WATCHED
 
 __all__ = ["Watched", "is_like"]
 
-#: Separator of two patterns. A comma in brackets separates indices.
+#: Separates patterns. A comma in brackets separates indices and does not match.
 _COMMA = re.compile(r",(?![^\[\]]*\])")
 _WILD = re.compile(r"[*?]")
 _PART = re.compile(r"\.?((?:[^\W\d]|[*?])[\w*?]*)|\[([^\[\]]*)\]")
@@ -37,7 +37,8 @@ class Watched:
             skips blocks and arrays that are too long to show.
 
     Raises:
-        InputError: no such variable, or no variable that matches the pattern; with similar names.
+        InputError: There is no such variable, or none that matches the pattern; the error suggests
+            similar names.
     """
 
     def __init__(self, program: Program, patterns: str | Sequence[str]) -> None:
@@ -53,7 +54,10 @@ class Watched:
         self._last: tuple[Value, ...] | None = None
 
     def values(self) -> dict[str, Value]:
-        """Return the values by path; after `keep`, the values that it has read."""
+        """Return the values by path.
+
+        After `keep` these are the values that `keep` has read.
+        """
         read = self._read() if self._last is None else self._last
         return dict(zip(self.types, read, strict=True))
 
@@ -100,7 +104,7 @@ def _matching(program: Program, pattern: str) -> dict[str, Type]:
 
 
 def _is_much(kind: Type) -> bool:
-    """Return whether a variable is too large to show unless it is named."""
+    """Return whether a variable is too large to be shown, unless the user names it."""
     return isinstance(kind, BlockType) or is_long(kind)
 
 
@@ -130,7 +134,7 @@ def _listed(program: Program, name: str) -> Iterator[_Found]:
 
 
 def _below(found: Iterable[_Found]) -> Iterator[_Found]:
-    """Yield the members and elements of variables."""
+    """Yield the members and elements of some variables."""
     for path, kind in found:
         for name, member in members(kind):
             yield f"{path}.{name}", member
@@ -140,7 +144,7 @@ def _below(found: Iterable[_Found]) -> Iterator[_Found]:
 
 
 def _fits_part(path: str, part: re.Match[str]) -> bool:
-    """Return whether the last part of a path matches this part of a pattern."""
+    """Return whether the last part of a path matches a part of a pattern."""
     if part[2] is not None:
         index = path.rpartition("[")[2].removesuffix("]") if path.endswith("]") else ""
         wanted, given = part[2].split(","), index.split(",")

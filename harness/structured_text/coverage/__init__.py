@@ -10,8 +10,9 @@ that line. The branch of an IF without ELSE, or of a CASE in which no label fits
 END_IF or END_CASE.
 
 MC/DC is masking MC/DC: each condition decides the outcome, once as TRUE and once as FALSE. A
-condition decides an evaluation if inverting it alone would change the outcome. If conditions were
-skipped, it is sufficient that the outcome may change. If the two evaluations differ in this
-condition only, it has unique-cause MC/DC as well. AND and OR skip a condition only if evaluating it
-could end the run. Otherwise every evaluation counts for all their conditions.
+condition decides an evaluation if inverting this condition alone would change the outcome. If
+conditions were skipped, it is sufficient that the outcome may change. If two deciding evaluations
+differ in this condition only, the condition has unique-cause MC/DC as well. AND and OR skip a
+condition only if its evaluation could end the run. Otherwise every evaluation counts for all
+conditions of the decision.
 """

@@ -32,8 +32,8 @@ def tracefile(
     """Return the tracefile of lcov, without items that are justified in the source.
 
     Readers expect lines with statements. Therefore a block has the line of its first statement, and
-    a branch has the line of its IF, CASE or loop. With a `folder` paths are absolute. `mcdc`
-    includes the conditions, which lcov reads from version 2.2 on and other readers refuse.
+    a branch has the line of its IF, CASE or loop. With a `folder` paths are absolute. With `mcdc`
+    the tracefile includes conditions, which only lcov 2.2 and later can read.
     """
     lines = []
     for result in results:
@@ -71,7 +71,10 @@ def _records(result: FileResult, *, mcdc: bool) -> Iterator[str]:
 
 
 def _conditions(result: FileResult) -> Iterator[str]:
-    """Yield the MC/DC records: the conditions of a line form a group, each with TRUE and FALSE."""
+    """Yield the MC/DC records.
+
+    The conditions of a line form a group, and each condition has a record for TRUE and for FALSE.
+    """
     lines: dict[int, list[DecisionResult]] = {}
     for decision in result.decisions:
         lines.setdefault(decision.at, []).append(decision)
@@ -90,12 +93,12 @@ def _conditions(result: FileResult) -> Iterator[str]:
 
 
 def cobertura(results: Sequence[FileResult], home: Path) -> bytes:
-    """Return the results as XML of Cobertura; its DTD (coverage-04) has no place for MC/DC."""
+    """Return the results as XML of Cobertura; its DTD (coverage-04) does not provide for MC/DC."""
     lines, branches = _shares(results)
     root = ET.Element("coverage", _rates(results))
     for name, share in (("lines", lines), ("branches", branches)):
         root.attrib |= {f"{name}-covered": str(share.covered), f"{name}-valid": str(share.total)}
-    # A constant instead of the time, so that the same results give the same file.
+    # A constant instead of the current time, so that the same results give the same file.
     root.attrib |= {"complexity": "0", "version": DISTRIBUTION, "timestamp": "0"}
     ET.SubElement(ET.SubElement(root, "sources"), "source").text = str(real(home))
     packages = ET.SubElement(root, "packages")

@@ -14,7 +14,7 @@ from structured_text.errors import COMMAND
 __all__ = ["pages"]
 
 _COLUMNS = ("Statements", "Branches", "Conditions", "MC/DC", "Unique-cause")
-#: Highest number of vectors that a decision shows.
+#: Greatest number of vectors that a page shows for a decision.
 _MOST_VECTORS = 64
 
 

@@ -41,8 +41,8 @@ class Point(NamedTuple):
 class Branch(NamedTuple):
     """A branch of an IF, CASE, WHILE or FOR.
 
-    `fork` is the number of that statement, and `at` its line. `line` is where the branch begins, or
-    the end of the statement if the branch is empty.
+    `fork` is the number of the IF, CASE or loop, and `at` its line. `line` is the first line of the
+    branch, or the last line of the statement if the branch is empty.
     """
 
     line: int
@@ -53,7 +53,7 @@ class Branch(NamedTuple):
 
 
 class Listed(NamedTuple):
-    """A decision: its line, its statement's line, its conditions and the code that joins them."""
+    """A decision: its line, its statement's line, its conditions, and the operators in `code`."""
 
     line: int
     at: int
@@ -67,12 +67,12 @@ class Listing:
     """All items to cover in one POU.
 
     Attributes:
-        line: The line where it begins.
-        statements: Its statements in source order.
-        branches: Its branches in source order, without those that the source excludes. These are
-            "no label fits" of a CASE with labels for all members of an enumeration, and "no round"
-            of a loop if constants ensure a round.
-        decisions: Its decisions in the order of the engine.
+        line: The first line of the POU.
+        statements: The statements in source order.
+        branches: The branches in source order, without branches that the source excludes. Excluded
+            are "no label fits" of a CASE with labels for all members of an enumeration, and "no
+            round" of a loop if constants ensure a round.
+        decisions: The decisions in the order of the engine.
     """
 
     name: str
@@ -102,7 +102,7 @@ class Text:
         words: The keyword lines of each IF, CASE or loop, by the position of its first word.
 
     Raises:
-        InputError: it cannot be read any more.
+        InputError: The file cannot be read any more.
     """
 
     def __init__(self, file: Path, sources: Sequence[Path]) -> None:
@@ -114,8 +114,8 @@ class Text:
             text = source_text(source)
             for number, shown in enumerate(text.splitlines(), 1):
                 at, _ = origin(source, number, 1)
-                # If several parts are from one line, or a part was assembled, show the line of the
-                # file.
+                # A line of the source may be assembled from several parts of the file. Then the
+                # line of the file is shown.
                 if self.lines.setdefault(at, shown) != shown:
                     self.lines[at] = own[at - 1] if at <= len(own) else shown
             for number, reason in _reasons(text).items():
@@ -162,7 +162,7 @@ def _words(text: str, file: Path) -> dict[tuple[int, int], _Words]:
 
 
 class _Lister:
-    """A walk through a body in the order in which the plan numbers it."""
+    """A walk through a body in the order in which the plan numbers statements and branches."""
 
     def __init__(self, found: Listing, plan: Plan, words: dict[tuple[int, int], _Words]) -> None:
         self._found = found
@@ -212,7 +212,7 @@ class _Lister:
     def _bodies(
         self, node: t.If | t.Case, bodies: Sequence[tuple[t.Statement, ...]]
     ) -> Iterator[int]:
-        """Yield the counters of the bodies of a node."""
+        """Yield the counters of the bodies of an IF or CASE."""
         blank = 0
         for body in bodies:
             yield self._plan.body(node, body, blank)

@@ -56,10 +56,10 @@ class Share:
 
 @dataclass(frozen=True)
 class Item:
-    """A statement or branch: how often it was executed, and a reason if it cannot be.
+    """A statement or branch: how often it was executed, and the reason if it cannot be executed.
 
-    `run` is its counter. `fork` is the number of the branch's IF, CASE or loop in the file, and
-    `at` the line where that begins.
+    `run` is the number of the counter. For a branch, `fork` is the number of its IF, CASE or loop
+    in the file, and `at` is the first line of this statement.
     """
 
     line: int
@@ -76,11 +76,12 @@ class Judged:
     """The facts about one condition of a decision.
 
     Attributes:
-        values: The values it has had.
-        deciding: The values with which it has decided the outcome: both if it has MC/DC, else at
-            most one value.
-        unique: Whether it has decided as TRUE and as FALSE in two evaluations that differ in no
-            other condition. Conditions that one of these evaluations skipped do not count.
+        values: The values that the condition has had.
+        deciding: The values with which the condition has decided the outcome: both if it has MC/DC,
+            else at most one value.
+        unique: Whether the condition has decided as TRUE and as FALSE in two evaluations that
+            differ in no other condition. Conditions that one of the evaluations skipped do not
+            count.
     """
 
     values: frozenset[bool]
@@ -89,7 +90,7 @@ class Judged:
 
     @property
     def masking(self) -> bool:
-        """Return whether it has decided the outcome as TRUE and as FALSE."""
+        """Return whether the condition has decided the outcome as TRUE and as FALSE."""
         return len(self.deciding) == 2
 
 
@@ -106,7 +107,7 @@ class Condition:
 class DecisionResult:
     """A decision, its conditions, and the vectors in which it was evaluated, with outcomes.
 
-    `at` is the line of its statement; the vectors have the form that `judge` describes.
+    `at` is the first line of the statement with the decision. `judge` describes the vectors.
     """
 
     line: int
@@ -122,13 +123,13 @@ class FileResult:
 
     Attributes:
         path: The path as it is displayed, `folder/Block.st`.
-        source: Its lines, by their numbers.
-        pous: Name, line and number of calls of each function or block in it.
-        bodies: The sorted lines of the statements of each of these POUs.
+        source: The lines of the file, by their numbers.
+        pous: Name, line and number of calls of each function or block in the file.
+        bodies: For each POU in `pous`, the sorted lines of its statements.
         stale: Lines with a reason although everything on them was executed.
         changed: Whether the file has changed since the run, or counts of several versions exist.
         demands_mcdc: Whether MC/DC is required for the file.
-        runs: The number of its counters.
+        runs: The number of counters in the file.
     """
 
     path: str
@@ -229,7 +230,8 @@ def _fill(
     reasons: Mapping[tuple[str, str, str], str],
 ) -> None:
     found, counters = pou.listing, pou.counters
-    # Counters and forks are numbered per POU; here they get numbers that are unique in the file.
+    # The plan numbers counters and forks within a POU. Here they get numbers that are unique in the
+    # file.
     runs, forks = result.runs, 1 + max((one.fork for one in result.branches), default=-1)
     result.runs += len(counters)
     if not found.statements:
@@ -301,7 +303,7 @@ def _judge(code: Postfix, size: int, outcomes: dict[int, bool], number: int) -> 
 
 
 def _differs(vector: int, result: bool, seen: dict[int, bool], bit: int, size: int) -> bool:
-    """Return whether another evaluation differs in its outcome, and in one condition only."""
+    """Return whether another evaluation has another outcome and differs in one condition only."""
     every = (1 << size) - 1
     return any(
         other != result and (vector ^ one) & every & ~((vector | one) >> size) == bit

@@ -21,10 +21,10 @@ from structured_text.output.paths import real
 
 __all__ = ["ENGINE", "Outcome", "check_fail_under", "check_folder", "conclude", "write_report"]
 
-#: The reason why coverage refuses another engine, for messages.
+#: The reason, for messages, why coverage needs the built-in engine.
 ENGINE = "coverage is counted by the built-in engine"
 
-#: Marks at the head of each file of a report; files without a mark are not overwritten.
+#: Marks at the beginning of each file of a report. Files without such a mark are not overwritten.
 _MARKS = (f"{COMMAND} coverage".encode(), f"TN:{COMMAND}_coverage".encode())
 _HEAD = 200
 
@@ -61,7 +61,7 @@ def conclude(
 
     The name of `home` is the title of the report, and displayed paths are relative to it.
     `fail_under` is the required percentage of statements and branches together; `lost` names the
-    processes that left no part.
+    processes that ended without saving their counts.
     """
     results = measure(merged, home)
     found = total(results)

@@ -20,7 +20,7 @@ Part = Mapping[str, Any]
 
 
 def part_of(collector: Collector) -> Part:
-    """Return the counts of a collector, with the texts of files that are still as compiled."""
+    """Return the counts of a collector, with the texts of files that have not changed since."""
     made = deeply(lambda: _Part(collector.counted, collector.texts))
     return {
         "files": made.files,
@@ -31,7 +31,7 @@ def part_of(collector: Collector) -> Part:
 
 
 class _Part:
-    """A part under construction."""
+    """The counts of one process while they are collected."""
 
     def __init__(self, counted: Iterable[Counted], texts: Iterable[CountedText] = ()) -> None:
         self.files: list[dict[str, Any]] = []
@@ -126,7 +126,8 @@ class Source:
     Attributes:
         lines: Its text, by line number.
         reasons: The reasons why lines are unreachable, by line number.
-        pous: Its POUs by name and shape, because constants of other files may change the shape.
+        pous: The POUs by name and number of counters and decisions, which constants of other files
+            may change.
     """
 
     lines: dict[int, str] = field(default_factory=dict)
@@ -140,7 +141,7 @@ class Merged:
     Attributes:
         files: The versions of each file by hash; a file that was changed has several.
         changed: Files that were changed or removed after they were compiled.
-        elsewhere: Other engines that also ran programs but cannot count.
+        elsewhere: Other engines that also ran programs, although they cannot count.
     """
 
     def __init__(self) -> None:

@@ -17,7 +17,7 @@ __all__ = ["Gap", "conditions", "gaps", "missing", "summary", "total", "totals"]
 
 @dataclass(frozen=True)
 class Gap:
-    """An item that is not covered; `reason` says why it need not be."""
+    """An item that is not covered; `reason` says why the item need not be covered."""
 
     path: str
     line: int
@@ -41,7 +41,10 @@ def totals(results: Sequence[FileResult]) -> dict[str, Share]:
 
 
 def gaps(results: Sequence[FileResult], *, justified: bool = False) -> list[Gap]:
-    """Return uncovered items: those with a reason if `justified`, else those without a reason.
+    """Return uncovered items.
+
+    With `justified` these are the items that have a reason in the source, else the items without
+    one.
 
     A statement in a branch that was not taken is represented by the branch. A condition counts only
     if MC/DC is required for its file.

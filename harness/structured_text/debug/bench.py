@@ -30,7 +30,7 @@ class BenchMachine:
 
     @property
     def now_us(self) -> int:
-        """Return the time of the last scan."""
+        """Return the time of the last scan in microseconds."""
         return self.bench.now_us
 
     @property
@@ -49,11 +49,14 @@ class BenchMachine:
 
     def restore(self, snapshot: Any) -> None:
         """Restore the state from `snapshot`."""
-        self.program.note_calls({})  # discard the logged calls of an abandoned scan
+        self.program.note_calls({})  # discard the calls that were logged in an abandoned scan
         self.bench.restore(snapshot)
 
     def inject(self, event: str, device: int) -> None:
-        """Trigger an event of the PLC; a bench has no devices."""
+        """Trigger an event of the PLC.
+
+        `device` has no effect, because a bench has no devices.
+        """
         del device
         self.bench.inject(event)
 

@@ -1,4 +1,4 @@
-"""The requests of the protocol that set breakpoints and list the places for them."""
+"""The requests of the protocol that set breakpoints or list the lines where breakpoints can be."""
 
 from __future__ import annotations
 
@@ -82,7 +82,10 @@ class BreakpointRequests(Requests):
         return Breakpoint(self._numbers, lines, conditions, counting, messages, entry)
 
     def _of_device(self, devices: Devices, wanted: Message, file: str, at: int) -> Breakpoint:
-        """Return a breakpoint in the program of a device; its condition is in its language."""
+        """Return a breakpoint in the program of a device.
+
+        Its condition is written in the language of the device.
+        """
         if wanted.get("logMessage"):
             hint = "remove it; a condition or a number of hits works there"
             text = "logpoints are possible in Structured Text only, not in the program of a device"

@@ -1,4 +1,4 @@
-"""Breakpoints: lines with a condition, a count or a message, blocks, variables that change."""
+"""Breakpoints: lines with a condition, a count or a message, blocks, and watched variables."""
 
 from __future__ import annotations
 
@@ -29,7 +29,10 @@ _BRACES = re.compile(r"\{([^{}]*)\}")
 
 @dataclass(frozen=True)
 class Counting:
-    """A condition on the number of hits: `5` the fifth, `>= 5`, `% 10` each tenth."""
+    """A condition on the number of hits.
+
+    `5` is the fifth hit, `>= 5` the fifth and all later ones, `% 10` each tenth.
+    """
 
     compare: Callable[[int, int], bool]
     number: int
@@ -65,8 +68,8 @@ class Breakpoint:
     Attributes:
         number: Its identifier for the client.
         lines: Lines of the module, by the upper-case name of the POU.
-        conditions: Conditions by POU; without a condition it always stops.
-        counting: Condition on the number of hits; None: each hit counts.
+        conditions: Conditions by POU. A POU without a condition always stops.
+        counting: Condition on the number of hits. None counts each hit.
         messages: Messages by POU; a POU with a message prints it and does not stop.
         entry: Whether only the first statement of a call counts.
     """
@@ -108,7 +111,8 @@ class DataWatch:
     """A variable whose changes are watched.
 
     Attributes:
-        number: Its identifier for the client; 0 for a search in the past.
+        number: The identifier of the watch for the client; 0 if the debugger itself searches the
+            past.
     """
 
     def __init__(

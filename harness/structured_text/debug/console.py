@@ -85,7 +85,7 @@ class Console:
             return None
 
     def _variable(self, frame: Frame, node: t.Expression, text: str) -> Held | None:
-        """Return the variable that a checked expression names; None if it names none."""
+        """Return the variable that a checked expression names; None if it is not a variable."""
         if isinstance(node, t.Use):
             return self._named(frame, node.symbol)
         if isinstance(node, t.Member):
@@ -127,7 +127,7 @@ class Console:
         """Assign an expression to a variable; return a note for the user, or an empty text.
 
         Raises:
-            InputError: the value does not fit the variable's type, or the variable cannot be set.
+            InputError: The value does not fit the variable's type, or the variable cannot be set.
         """
         if of.set is None:
             raise refuse_set(of)
@@ -221,7 +221,7 @@ class Console:
         return "\n    ".join([*lines, *(devices.positions if devices is not None else ())])
 
     def _goto(self, number: int) -> Order:
-        """Return the order that goes to a scan; the user counts scans from 1."""
+        """Return the order that goes to a scan; for the user, the first scan is number 1."""
         now = self._debugger.player.now
         if number > now.scan + 1 or (number == now.scan + 1 and not now.step):
             return Forward("scan", number - 1 - now.scan)

@@ -1,4 +1,4 @@
-"""The parts of a run that is debugged, and the base of the classes that answer requests."""
+"""The parts of a debugged run, and the base of the classes that answer requests about the run."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class Debuggee:
 
 
 class Requests:
-    """The handlers of some requests about a run: a method `_on_NAME` for each."""
+    """The handlers of requests about a run; `_on_NAME` handles the request NAME."""
 
     def __init__(self, run: Debuggee) -> None:
         self._run = run
@@ -69,7 +69,7 @@ class Requests:
 
 
 def source_of(file: str) -> Message:
-    """Return a file as the protocol describes a source."""
+    """Return the description of a source file in the protocol."""
     whole = os.path.abspath(file)
     return {"name": os.path.basename(whole), "path": whole}
 

@@ -26,7 +26,7 @@ from structured_text.output.units import format_us
 __all__ = ["Debugger"]
 
 
-#: This number stands for the first statement of the program in its scan.
+#: Number of the first statement of the program in a scan, whatever number that statement has.
 _FIRST = -1
 
 
@@ -43,7 +43,7 @@ class _Hit(BaseException):
 
 @dataclass
 class _Step:
-    """The moment at which a step began, and the order that defines its end."""
+    """The moment at which a step began, and the order of the step."""
 
     order: Forward
     scan: int
@@ -56,11 +56,11 @@ class Debugger:
     """One run under the debugger.
 
     Attributes:
-        player: Moves in time.
+        player: The player that moves the run in time.
         memory: The program's variables.
         front: The user interface.
         breakpoints: The breakpoints of the user.
-        watches: Variables whose change stops the run.
+        watches: Variables that stop the run when they change.
         rules: Whether a broken rule stops the run.
         pausing: Whether the user has requested a pause.
     """
@@ -149,7 +149,7 @@ class Debugger:
                 self.player.every(self._look)
         except InputError as error:
             return self._fault(scan, error)
-        if self._target is not None:  # no program runs in this scan
+        if self._target is not None:  # the scan runs no program, so the target was not reached
             (_, missed), self._target = self._target, None
             return missed
         for watch in self.watches:
@@ -178,7 +178,7 @@ class Debugger:
     def _steps_in(self, scan: int) -> bool:
         """Return whether a step can end in this scan."""
         order = self._going.order
-        if order.task:  # the hook for the task in a fast scan detects the end of this step
+        if order.task:  # a step of a device's task ends in the hook of the fast scan
             return False
         return scan >= self._goal if order.until == "scan" else order.until != "continue"
 
@@ -211,7 +211,7 @@ class Debugger:
             raise _Hit
 
     def _fast_device(self) -> Callable[[DeviceStep], None] | None:
-        """Return the hook for lines of devices in a fast scan; None if nothing stops at them."""
+        """Return the hook for lines of devices in a fast scan; None if it is not needed."""
         if not self._going.order.task and not any(map(_of_device, self.breakpoints)):
             return None
 
@@ -248,7 +248,7 @@ class Debugger:
             self._halt(Stop("step"))
 
     def _halt(self, stop: Stop) -> None:
-        """Stop in the middle of a scan; return when the run continues from here."""
+        """Stop in the middle of a scan, and return when the user lets the run continue."""
         order = self._stop(stop)
         if not isinstance(order, Forward):
             raise _Leave(order)
@@ -294,7 +294,7 @@ class Debugger:
         return until == "in" or step.depth <= going.depth
 
     def _hits_here(self) -> tuple[int, ...]:
-        """Return the breakpoints that stop at this moment, in a scan with all hooks."""
+        """Return the breakpoints that stop before this statement, in a scan with all hooks."""
         tracer = self.player.tracer
         if tracer.device is not None:
             return self._device_hits(tracer.device)
@@ -339,7 +339,7 @@ class Debugger:
         if self._quiet:
             return
         self._said += 1
-        if self._unsaid > 0:  # its messages were printed in the first run of the scan
+        if self._unsaid > 0:  # the fast run of this scan has printed its messages
             self._unsaid -= 1
             return
         texts = [
@@ -414,10 +414,10 @@ class Debugger:
     def _step_before(
         self, now: Moment, depths: list[tuple[int, int]]
     ) -> tuple[Moment, Stop] | None:
-        """Return the last statement before this one that is not inside a call between them.
+        """Return the previous statement at the same or a smaller depth of calls.
 
-        `depths` are the numbers of the statements of the program in this scan so far, each with its
-        depth of calls.
+        The statements inside calls between it and the current statement are skipped. `depths` has
+        the depth of calls of each statement of this scan so far.
         """
         here = bool(depths) and depths[-1][0] == now.step
         most = depths[-1][1] if here else 1
@@ -451,7 +451,7 @@ class Debugger:
     ) -> tuple[Moment, Stop] | None:
         """Return the last moment before `now` at which something stops.
 
-        `before` stops before the statement that changes a variable, not after it.
+        With `before`, a changed variable stops before the statement that changes it, not after.
         """
         own = self.breakpoints, self.watches
         self.breakpoints, self.watches = breakpoints, watches
@@ -518,7 +518,8 @@ class Debugger:
             if hits := self._hits_here():
                 found.append((Moment(scan, step), Stop("breakpoint", "", hits)))
 
-        with suppress(InputError):  # a scan that ends the program runs up to its error
+        # if an error ends the program in this scan, the statements up to the error have run
+        with suppress(InputError):
             self.player.every(look)
         changes(Moment(scan, last) if before and last else Moment(scan + 1))
         if rules and len(machine.violations) > broken:

@@ -1,4 +1,4 @@
-"""Programs of devices around the PLC, in languages of their own, as far as a debugger needs them.
+"""The interface of the programs of devices around the PLC, which are in languages of their own.
 
 The debugger does not know such a language. `Devices` gives it files, lines and tasks, and calls it
 before each line that a task begins.
@@ -21,10 +21,10 @@ class DeviceFrame(NamedTuple):
     """A call in the stack of a task.
 
     Attributes:
-        title: Its name in a stack.
+        title: Name of the call in the stack.
         file: The file; empty if the program is not in a file.
         line: Current line of the file.
-        scopes: The values to show, by the name of their group.
+        scopes: The values to show, by the names of their groups.
     """
 
     title: str
@@ -85,9 +85,10 @@ class DeviceBreakpoint(Breakpoint):
     """A breakpoint before a line of a device's program, or before each line of a task.
 
     Attributes:
-        file: Canonical path of the file; empty: each line of `task`.
-        depth: With `task`: only lines with at most this many calls in the stack.
-        holds: Its condition, evaluated in a task.
+        file: Canonical path of the file. If it is empty, the breakpoint is before each line of
+            `task`.
+        depth: Greatest number of calls in the stack, for a breakpoint on a task.
+        holds: The condition, evaluated in a task.
     """
 
     file: str = ""
@@ -97,7 +98,7 @@ class DeviceBreakpoint(Breakpoint):
     holds: Callable[[int], bool] | None = None
 
     def fits(self, step: DeviceStep) -> bool:
-        """Return whether it is at this line, without its conditions."""
+        """Return whether a step is at the breakpoint, regardless of conditions."""
         if self.file:
             return (step.file, step.line) == (self.file, self.line)
         return step.task == self.task and step.depth <= self.depth
@@ -108,7 +109,7 @@ class DeviceBreakpoint(Breakpoint):
 
 
 def next_line(devices: Devices, file: str, line: int) -> int | None:
-    """Return the first line from this one on at which a statement of a device's program begins.
+    """Return the first line, from this one on, at which a statement of a device begins.
 
     The result is None if there is no such line.
     """

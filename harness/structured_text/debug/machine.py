@@ -13,7 +13,8 @@ from structured_text.errors import InputError
 
 __all__ = ["Finding", "Machine", "Scope", "builtin_of"]
 
-#: A group of values around the program that is shown beside its variables: name and getter.
+#: A group of values that are shown beside the program's variables: its name and a function that
+#: returns the values.
 Scope: TypeAlias = tuple[str, Callable[[], list[Item]]]
 
 
@@ -34,7 +35,7 @@ class Machine(Protocol):
 
     Attributes:
         program: The program, on the built-in engine.
-        devices: The programs of devices around it; None: there are none.
+        devices: The programs of the devices around the program; None if there are none.
     """
 
     program: BuiltinProgram
@@ -58,7 +59,7 @@ class Machine(Protocol):
 
     @property
     def now_us(self) -> int:
-        """Return the time of the last scan."""
+        """Return the time of the last scan in microseconds."""
 
     def scan(self) -> None:
         """Advance time until one more scan has run."""

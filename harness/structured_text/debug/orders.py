@@ -30,7 +30,7 @@ class Forward:
     """An order to continue: `until` is continue, in, over, out or scan.
 
     `scans` is the number of scans if `until` is scan. `task` is the task of a device in which a
-    step ends; 0: in the program.
+    step ends; 0 stands for the PLC's program.
     """
 
     until: str = "continue"
@@ -42,7 +42,7 @@ class Forward:
 class Back:
     """An order to go back: `until` is step, continue, scan, change (of `watch`) or start.
 
-    `task` is the task of a device of a step; 0: the program.
+    `task` is the task of a device in which a step ends; 0 stands for the PLC's program.
     """
 
     until: str

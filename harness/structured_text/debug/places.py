@@ -1,4 +1,4 @@
-"""The places of statements: lines of the user's files, and lines of the generated Python."""
+"""The lines of statements, in the user's files and in the generated Python."""
 
 from __future__ import annotations
 
@@ -31,9 +31,10 @@ class _Marking(Writer):
     The code is identical to the engine's, line by line, so the line numbers are valid for both.
 
     Attributes:
-        begins: For the index of a line of code, the line of the source.
-        rounds: For the index of a loop's head after the first line of its statement, that first
-            line. From the second round on the head counts as a statement of its own.
+        begins: The line of the source, by the index of the generated line at which a statement
+            begins.
+        rounds: For the generated line with the head of a loop, the first generated line of the
+            loop. From the second round on, the head counts as a statement.
     """
 
     def __init__(self, project: Project, pou: t.Pou, storage: Storage) -> None:
@@ -44,14 +45,14 @@ class _Marking(Writer):
         self._last: Any = None
 
     def _statement(self, node: t.Statement) -> None:
-        # An assignment with several targets becomes several statements at the same place.
+        # An assignment with several targets becomes several statements with the same position.
         self._pending = node.at != self._last
         self._last = node.at
         super()._statement(node)
         self._pending = False
 
     def _emit(self, line: str) -> None:
-        moved = len(self._code.parts)  # inserted before all statements
+        moved = len(self._code.parts)  # a line inserted before all statements moves them
         if moved:
             self.begins = {index + moved: at for index, at in self.begins.items()}
             self.rounds = {index + moved: first + moved for index, first in self.rounds.items()}
@@ -69,9 +70,8 @@ class Code:
     """The code of a POU.
 
     Attributes:
-        pou: Its source.
-        begins: For a line of the Python module, the source line with the statement that begins
-            there.
+        pou: The checked POU.
+        begins: The source line of each statement, by the line of the Python module where it begins.
         rounds: As in `_Marking`, but with line numbers of the module.
     """
 
@@ -119,7 +119,7 @@ class Places:
         return self._by_object[code]
 
     def code_lines(self, key: str, line: int) -> frozenset[int]:
-        """Return the lines of the module where the statements in this line of a POU begin."""
+        """Return the lines of the Python module for the statements in a line of a POU."""
         body = self._bodies.get(key)
         code = self.of(body) if body is not None else None
         return frozenset(code.lines.get(line, ())) if code is not None else frozenset()

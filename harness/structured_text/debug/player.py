@@ -18,9 +18,9 @@ from structured_text.debug.tracer import Lines, Tracer
 
 __all__ = ["Edit", "Moment", "Player"]
 
-#: Initial number of scans between two snapshots, and the greatest number of snapshots. Beyond this
-#: number every other snapshot is dropped, so memory stays bounded and each moment is at most one
-#: stride of scans away.
+#: Initial number of scans between two snapshots, and the greatest number of snapshots. When there
+#: are more, every other snapshot is removed and the distance doubles. Memory stays bounded, and the
+#: nearest snapshot is at most one distance away.
 _STRIDE, _MOST = 32, 1000
 
 
@@ -43,7 +43,7 @@ class Player:
     """A machine with snapshots, which can go to any moment of its run.
 
     Attributes:
-        tracer: The hooks on its statements.
+        tracer: The hooks on the statements of the program.
         rerun: Number of scans that have been repeated so far.
     """
 
@@ -77,7 +77,10 @@ class Player:
     # --- forwards ---
 
     def plain(self) -> None:
-        """Run a scan without hooks, except for changes by the user in its middle."""
+        """Run a scan without hooks.
+
+        Only changes by the user in the middle of the scan need them.
+        """
         if self._has_edits(self.machine.scans):
             self.every(lambda: None)
         else:
@@ -148,8 +151,8 @@ class Player:
         """Go to the beginning of this scan; call `pause` before each scan on the way.
 
         If the current moment lies between the nearest snapshot and this scan, the run continues
-        from here. Otherwise the snapshot is restored. After an abandoned scan (`_whole` is false)
-        it is always restored.
+        from here. Otherwise, and always after an abandoned scan (`_whole` is false), the snapshot
+        is restored first.
         """
         self.tracer.clear()
         start = self._order[bisect_right(self._order, scan) - 1]
@@ -160,7 +163,7 @@ class Player:
             self.plain()
 
     def stretches(self, end: int) -> Iterator[tuple[int, int]]:
-        """Yield ranges of scans between snapshots, from `end` back to the start.
+        """Yield the ranges of scans between snapshots, the last range before `end` first.
 
         The machine is restored to the beginning of each range before it is yielded.
         """

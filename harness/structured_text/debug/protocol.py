@@ -23,9 +23,9 @@ Message = dict[str, Any]
 #: Upper limits for the header and the body of a client's message in bytes.
 _LONGEST_HEADER = 4096
 _LONGEST = 1024 * 1024
-#: Upper limit for queued messages. Further ones stay in the client's stream.
+#: Upper limit for queued messages. If the queue is full, messages stay in the client's stream.
 _MOST_WAITING = 1000
-#: A field of the header. The first line of HTTP or TLS is not a field.
+#: Matches a field of the header. The first line of HTTP or TLS does not match.
 _FIELD = re.compile(rb"([A-Za-z-]+)[ \t]*:[ \t]*(.*)", re.DOTALL)
 _HINT = f"{COMMAND} debug talks to editors: see docs/how-to/debug.md"
 
@@ -88,15 +88,15 @@ class Client:
         except InputError as error:
             self.inbox.put(error)
         except (OSError, ValueError):
-            pass  # the client has gone
+            pass  # the client has closed the connection
         self.inbox.put(None)
 
     def next(self, *, wait: bool) -> Message | None:
         """Return the next message of the client; None if there is none yet and `wait` is false.
 
         Raises:
-            InputError: the client has sent something that is not a message.
-            EOFError: the client has gone.
+            InputError: The client has sent something that is not a message.
+            EOFError: The client has closed the connection.
         """
         if self._gone:
             raise EOFError
@@ -112,7 +112,7 @@ class Client:
         return message
 
     def close(self) -> None:
-        """Stop reading; empty the inbox, so that a reader that waits for room can end."""
+        """Stop reading, and empty the queue so that a reader that waits for space can end."""
         self._gone = True
         with suppress(Empty):
             while True:
@@ -149,7 +149,10 @@ class Client:
 
 
 def _response(request: Message, *, success: bool) -> dict[str, Any]:
-    """Return the head of a response, with the client's values if they have the right type."""
+    """Return the head of a response.
+
+    It repeats the number and the command of the request if they have the right type.
+    """
     number, command = request.get("seq"), request.get("command")
     return {
         "type": "response",

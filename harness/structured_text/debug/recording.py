@@ -1,7 +1,7 @@
 """A recording of all inputs of a program in a test, scan by scan, for replay in the debugger.
 
-A program depends only on its inputs, on what a test sets, and on the time. With these it behaves
-the same again, without the devices around it.
+A program depends only on its inputs, on what a test sets, and on the time. With the same inputs it
+behaves the same way, without the devices around it.
 """
 
 from __future__ import annotations
@@ -19,12 +19,15 @@ from structured_text.engines.base import Program, Value
 
 __all__ = ["COMPACT", "Recorded", "Tape"]
 
-#: Arguments of `json.dumps` for the lines of a recording.
+#: Arguments of `json.dumps` for each line of a recording.
 COMPACT: dict[str, Any] = {"separators": (",", ":"), "ensure_ascii": False}
 
 
 class _Scan(NamedTuple):
-    """A scan: the scan before it, its time, and the numbers of the actions before it."""
+    """A recorded scan.
+
+    It refers to the previous scan, and has its time and the numbers of the actions before it.
+    """
 
     before: _Scan | None
     t_us: int
@@ -40,7 +43,7 @@ class _Marked(NamedTuple):
 
 
 class Recorded:
-    """A program that records scans and writes; it passes on all other calls.
+    """A program that records its scans and all writes; other calls go to the wrapped program.
 
     `restore` also discards the recording since the snapshot.
     """
@@ -80,7 +83,7 @@ class Recorded:
         self._done.append(number)
 
     def snapshot(self) -> object:
-        """Return a snapshot with the recording; see `engines.base.Program`."""
+        """Return a snapshot of the program and the recording; see `engines.base.Program`."""
         return _Marked(self.program.snapshot(), self._last, tuple(self._done))
 
     def restore(self, snapshot: object) -> None:
@@ -116,12 +119,12 @@ def _key(value: Any) -> Any:
         hash(value)
     except TypeError:
         return json.dumps(_literal(value), **COMPACT)
-    # -0.0 and 0.0 have the same hash and are equal, but they are different values.
+    # -0.0 and 0.0 are equal and have the same hash, so the key must distinguish them
     return str(value) if isinstance(value, float) else value
 
 
 def _literal(value: Any) -> Any:
-    """Return a value in a form for JSON."""
+    """Return a value as JSON can store it."""
     if isinstance(value, bytes):
         return {"hex": value.hex()}
     if isinstance(value, timedelta):
@@ -145,7 +148,7 @@ _MADE: dict[str, Callable[[Any], Any]] = {
 
 
 def _value(found: Any) -> Any:
-    """Return the value that `_literal` has converted to this form."""
+    """Return the value that `_literal` has converted for JSON."""
     if isinstance(found, list):
         return [_value(one) for one in found]
     if isinstance(found, dict):
@@ -205,7 +208,7 @@ class Tape:
 
     @property
     def now_us(self) -> int:
-        """Return the time of the last scan."""
+        """Return the time of the last scan in microseconds."""
         return self._scans[self._done - 1][0] if self._done else 0
 
     def scan(self) -> None:

@@ -24,11 +24,11 @@ class Frame:
     """A call of a POU, or a program between two scans.
 
     Attributes:
-        title: Its name in a stack.
+        title: Name of the call in the stack.
         line: Current line.
         instance: The object of its instance; None for a function.
         variables: Variables of the call, as Python names them.
-        store: Sets one of these variables.
+        store: A function that sets one of these variables.
         path: Path of its instance; empty if it has no instance.
     """
 
@@ -61,7 +61,7 @@ class Scopes:
         return [(number, f"{name}{tasks.get(name, '')}") for number, name in enumerate(names, 1)]
 
     def running(self, tracer: Tracer) -> int:
-        """Return the thread that is in the middle of its scan; between two scans the first one."""
+        """Return the thread that runs a scan; between two scans, the first thread."""
         if not tracer.stack:
             return 1
         instance = tracer.stack[0].frame.f_locals.get("s")
@@ -148,7 +148,8 @@ class Scopes:
 def _storing(tracer: Tracer, depth: int, variables: dict[str, Any]) -> Callable[[str, Any], None]:
     """Return a function that sets a variable of the call at this depth.
 
-    It stays valid when the run comes back to this moment, since it looks up the frame by its depth.
+    The function finds the frame by its depth, so it stays valid if the run comes back to this
+    moment.
     """
 
     def store(name: str, value: Any) -> None:
@@ -158,7 +159,7 @@ def _storing(tracer: Tracer, depth: int, variables: dict[str, Any]) -> Callable[
         else:
             frame.f_locals[name] = value
         if not in_list and sys.version_info < (3, 13):
-            # Before Python 3.13 f_locals is a copy, and this call writes it back to the frame.
+            # Before Python 3.13 f_locals is a copy. This call writes the copy back to the frame.
             ctypes.pythonapi.PyFrame_LocalsToFast(ctypes.py_object(frame), ctypes.c_int(0))
         if not in_list:
             variables[name] = value

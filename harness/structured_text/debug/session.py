@@ -74,7 +74,7 @@ class Session:
         self._launched: Launched | None = None
         self._configured = self._left = False
         self._arguments: Mapping[str, Any] = {}
-        self._base = 1  # number of the client's first line
+        self._base = 1  # number of the first line, as the client counts lines
         self._stopped: Stop | None = None
         self._exit = 0
 
@@ -298,7 +298,7 @@ class Session:
 #: Exceptions caused by a request with arguments of wrong types or with too deep nesting.
 _MISTYPED = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, RecursionError)
 
-#: Requests that need no program, and requests that are allowed while it runs.
+#: Requests that need no program, and requests that are allowed while the program runs.
 _ALWAYS = ("initialize", "launch", "attach", "disconnect", "terminate", "configurationDone")
 _RUNNING = (
     *_ALWAYS,

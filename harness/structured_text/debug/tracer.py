@@ -2,7 +2,8 @@
 
 The program's code is the same with and without the hook. A stop is a call of the hook that blocks
 until the user continues. A scan is left in its middle by an exception, which no program catches. A
-line of a device's program that begins during the scan is a step of it, like a statement.
+line of a device's program that begins during a scan counts as a step of the scan, as a statement
+does.
 """
 
 from __future__ import annotations
@@ -28,8 +29,8 @@ class Entry:
 
     Attributes:
         line: Line of the source with the statement that runs, or is about to run.
-        at: The same line of the module.
-        fresh: Whether that is the first statement of this call.
+        at: Line of the Python module for the same statement.
+        fresh: Whether this statement is the first one of the call.
     """
 
     code: Code
@@ -45,7 +46,7 @@ class Tracer:
     Attributes:
         stack: The active calls of POUs, the program first.
         depths: Call depth of each statement of this scan so far, from 1.
-        tasks: For each of these steps the task of a device, or 0 for the program.
+        tasks: The task of a device for each step of this scan; 0 for a statement of the program.
         device: The line of a device's program that is about to begin; None at a statement.
         roots: Number of programs that have begun in this scan.
     """
@@ -116,7 +117,7 @@ class Tracer:
         self.depths.append(step.depth)
         self.tasks.append(step.task)
         trace = sys.gettrace()
-        sys.settrace(None)  # the debugger itself may call POUs to evaluate an expression
+        sys.settrace(None)  # the debugger itself calls POUs when it evaluates an expression
         try:
             self._look()
         finally:

@@ -1,4 +1,4 @@
-"""Variables of a program in the engine's representation: how to find, show and set them.
+"""Variables of a program as the engine stores them: how to find, show and set them.
 
 A BOOL or number has its Python value, a time is in nanoseconds, an enumeration is its number. A
 structure or block is an object with slots in upper case, an array is one list of all elements.
@@ -31,19 +31,19 @@ from structured_text.language.values import array_length, describe, scalar_to_py
 
 __all__ = ["Held", "Item", "ProgramVariables", "Shown", "Text", "local", "refuse_set"]
 
-#: Number of elements of an array in a line of text.
+#: Number of elements of an array that a line of text shows.
 _FEW = 8
 
 
 @dataclass(frozen=True)
 class Held:
-    """A variable, or a value without a place in memory.
+    """A variable, or a value that is not stored in a variable.
 
     Attributes:
-        name: Its displayed name: a member, `[3]`, or the user's expression.
-        get: Returns its value.
-        set: Sets its value; None if it cannot be set.
-        path: An expression for it in its POU; empty if there is none.
+        name: Displayed name: a member, `[3]`, or the user's expression.
+        get: Returns the value.
+        set: Sets the value; None if it cannot be set.
+        path: An expression for the variable in its POU; empty if there is none.
     """
 
     name: str
@@ -91,7 +91,7 @@ class ProgramVariables:
         self._holders = Holders(self._project, self.shared, self.roots)
 
     def path(self, held: Any) -> str:
-        """Return the path of an instance or structure; empty if it belongs to a call only."""
+        """Return the path of an instance or structure; empty if it exists only during a call."""
         found = self._holders.find(held)
         return found.path if found is not None else ""
 
@@ -100,7 +100,8 @@ class ProgramVariables:
     def parts(self, of: Held, first: int = 0, count: int | None = None) -> list[Held]:
         """Return the members or elements of a variable.
 
-        Of an array, return `count` elements from `first` on; None: all of them.
+        Of an array, return `count` elements from `first` on; with None, all elements from `first`
+        on.
         """
         kind, held = of.type, of.get()
         if isinstance(kind, ArrayType):
@@ -123,7 +124,7 @@ class ProgramVariables:
         return [found for one in symbols if (found := self.of_symbol(one, held, of.path))]
 
     def of_symbol(self, symbol: t.Symbol, instance: Any, path: str = "") -> Held | None:
-        """Return a variable of an instance; None if it has no place in the instance."""
+        """Return a variable of an instance; None if the instance does not store it."""
         whole = f"{path}.{symbol.name}" if path else symbol.name
         if symbol.section == "VAR_EXTERNAL":
             key = symbol.source or symbol.name.upper()
@@ -209,7 +210,7 @@ class ProgramVariables:
 
     @staticmethod
     def _of_pins(kind: BlockType, held: Any) -> str:
-        """Return the names of a block's outputs that are TRUE, as Busy or Done."""
+        """Return the names of a block's BOOL outputs that are TRUE, such as Busy or Done."""
         pins = [
             one.name
             for one in kind.variables

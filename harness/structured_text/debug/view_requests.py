@@ -15,7 +15,7 @@ from structured_text.errors import InputError
 
 __all__ = ["ViewRequests"]
 
-#: Arrays with more elements are shown in pages.
+#: Number of elements from which an array is shown in pages.
 _PAGED = 100
 
 
@@ -266,7 +266,7 @@ class ViewRequests(Requests):
 
 
 def _value_in(frame: DeviceFrame, name: str) -> str | None:
-    """Return the text of a variable in the scopes of a device's frame; None: there is none."""
+    """Return the text of a variable in the scopes of a device's frame; None if there is none."""
     for _, items in frame.scopes:
         for one in items():
             if isinstance(one, Text) and one.name.upper() == name.upper():

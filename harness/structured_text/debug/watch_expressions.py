@@ -59,7 +59,8 @@ class Compiled:
         variables are in upper case.
 
         Raises:
-            InputError: a division by zero, an index out of range and so on.
+            InputError: The expression cannot be evaluated, for example because of a division by
+                zero or an index out of range.
         """
         try:
             return self.run(*(variables.get(name) for name in self.names))
@@ -156,7 +157,10 @@ def syntax_of(text: str) -> s.Expression:
 
 
 def _scopes(project: Project) -> dict[str, Scope]:
-    """Return the scope of each POU, built again because the front end has discarded its scopes."""
+    """Return the scope of each POU.
+
+    The scopes are built again, because the front end has discarded its own.
+    """
     sources = [read_file(file) for file in project.files]
     registry = Registry(sources, lambda _: None, rules_of(project.dialect))
     declarations = Declarations(registry, lambda _: None)
@@ -182,6 +186,6 @@ def _scopes(project: Project) -> dict[str, Scope]:
         known = project.pous.get(key)
         for name, symbol in scope.pou.symbols.items():
             same = known.symbols.get(name) if known is not None else None
-            if same is not None:  # known only after the bodies were checked
+            if same is not None:  # the check of bodies sets these attributes, so they are copied
                 symbol.addressed, symbol.shared = same.addressed, same.shared
     return {key: replace(scope) for key, scope in scopes.items() if key in project.pous}

@@ -1,4 +1,4 @@
-"""The interface of an engine: a compiled program that can be scanned, read and written."""
+"""The interface that every engine offers for a compiled program: scan, read, write, snapshot."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from structured_text.language.types import Located, Type
 
 __all__ = ["CallLog", "OfProject", "Program", "Value"]
 
-#: BOOL is bool, integers and bit strings int, REAL and LREAL float, STRING str,
-#: TIME datetime.timedelta, an enumeration its member's name; arrays are lists (nested
-#: for several dimensions), structures dicts by field name.
+#: The Python form of each type: bool for BOOL, int for integers and bit strings, float for REAL and
+#: LREAL, str for STRING, datetime.timedelta for TIME, the member's name for an enumeration. An
+#: array is a list (nested for several dimensions), a structure a dict by field name.
 Value = Any
 
 
 class CallLog(Protocol):
     """A log of the calls of selected block types.
 
-    Offered by engines that can observe calls; see `Program.note_calls`.
+    Only engines that can observe calls offer a log; see `Program.note_calls`.
     """
 
     def key(self, path: str) -> int:
@@ -58,9 +58,9 @@ class OfProject:
 class Program(Protocol):
     """One running instance of a compiled program; instances never share state.
 
-    Paths start with the name of a program instance (`Main.Robot.SO.SO02_ServoOn`,
-    `Main.Area[3]`, `Main.Grid[1,2]`). Names are compared without case. If there is only one
-    program instance, `Main` and the program's type name are accepted for it, too.
+    Paths start with the name of a program instance (`Main.Robot.SO.SO02_ServoOn`, `Main.Area[3]`,
+    `Main.Grid[1,2]`). Names are compared without case. If there is only one program instance,
+    `Main` and the program's type name are accepted as its name as well.
     """
 
     engine: str
@@ -86,19 +86,21 @@ class Program(Protocol):
     def read(self, path: str) -> Value:
         """Return the value at `path`.
 
-        Raise InputError if the path does not exist (similar names are suggested), or an index is
-        out of range.
+        Raise InputError if the path does not exist (the message suggests similar names), or an
+        index is out of range.
         """
 
     def reader(self, paths: Sequence[str]) -> Callable[[], tuple[Value, ...]]:
         """Return a function that reads these variables repeatedly, faster than `read`.
 
         Raises:
-            InputError: As `read`.
+            InputError: A path does not exist, or an index is out of range, as for `read`.
         """
 
     def write(self, path: str, value: Value) -> None:
-        """Set `path`, whole or in part (a dict may name some fields of a structure).
+        """Write a value to `path`.
+
+        A dict for a structure may name only some of its fields.
 
         Raise InputError if the path does not exist, the type is wrong, or the value is out of the
         type's range.
@@ -111,8 +113,8 @@ class Program(Protocol):
 
         Args:
             path: The array.
-            start: First byte to read; at the start of an element.
-            size: Number of bytes; None for all that follow.
+            start: First byte to read. It must be the start of an element.
+            size: Number of bytes. None reads to the end of the array.
         """
 
     def write_bytes(self, path: str, data: bytes, start: int = 0) -> None:

@@ -100,8 +100,8 @@ class Condition:
 def conditions(program: Program, texts: Sequence[str]) -> list[Condition]:
     """Check conditions and prepare them for evaluation.
 
-    Raise InputError if a variable is unknown (similar names are suggested), or the text is not an
-    expression of type BOOL.
+    Raise InputError if a variable is unknown (the message suggests similar names), or the text is
+    not an expression of type BOOL.
 
     Args:
         program: The program whose variables the conditions name.
@@ -158,7 +158,8 @@ class _Evaluator:
 def _is_path(program: Program, path: str) -> bool:
     """Return whether a name is a variable and not a word of the language.
 
-    A name with members or indices always is. A name alone must be a global variable.
+    A name with members or indices is always taken as a variable. A bare name must be a global
+    variable.
     """
     if "." in path or "[" in path:
         return True
@@ -187,9 +188,10 @@ def _compiled(body: str, kinds: dict[str, Type], dialect: str) -> BuiltinProgram
 def _built(text: str, dialect: str) -> BuiltinProgram:
     """Return the compiled program for a text.
 
-    The program has no memory, so several conditions may share it.
+    The program keeps no values between scans, so several conditions may share it.
     """
-    from structured_text.language.load import load  # few runs have conditions
+    # imported late, because few runs have conditions
+    from structured_text.language.load import load
 
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "conditions.st"

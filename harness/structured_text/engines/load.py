@@ -32,8 +32,8 @@ class Built:
 
     Attributes:
         program: The program, ready for its first scan.
-        notice: One line that says why `auto` did not use matiec; on matiec the warnings about its
-            known faults, one a line; else empty.
+        notice: For `auto`, the reason why it did not use matiec, in one line. On matiec, the
+            warnings about its known faults, one a line. Else empty.
         retained: Paths of the variables that keep their values over a warm start.
     """
 
@@ -133,12 +133,12 @@ def _on_matiec(project: Project, engine: str, matiec: Matiec, compiler: str) -> 
 
 
 def _elsewhere(rules: Dialect, engine: str) -> str:
-    """Return a notice if an engine without dialects runs a program of another tool."""
+    """Return a notice if an engine runs a program in a dialect that the engine does not follow."""
     return "" if rules.is_matiec else f"{engine} does not compute in the dialect {rules.name}"
 
 
 def _only_here(project: Project, rules: Dialect) -> str:
-    """Return the reason why matiec would compute something else than the program's tool."""
+    """Return the reason why only the built-in engine computes as the program's tool does."""
     if not rules.is_matiec:
         return f"matiec does not compute in the dialect {rules.name}"
     if project.free:
@@ -166,7 +166,9 @@ def why_not(engine: str) -> str:
 
 
 def _retained(project: Project) -> tuple[str, ...]:
-    """Return the paths of all retained variables; a retained block gives those of its variables.
+    """Return the paths of all retained variables.
+
+    A retained block gives the paths of the variables in it.
 
     Pointers and references are left out, because the start of the program sets them.
     """

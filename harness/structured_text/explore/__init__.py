@@ -1,4 +1,4 @@
-"""The exploration of every reachable state of a program, with every choice of its environment.
+"""The exploration of all reachable states of a program, under all choices of its environment.
 
 `search` visits all states of a world, breadth first. `abstraction` encodes states of a program,
 with the tables of a library in `omitted`. `shared` distributes the steps over several processors.

@@ -1,10 +1,10 @@
-"""The abstraction of a running program: its state as bytes, and back.
+"""The abstraction of a running program: its state as bytes, and the program set to such a state.
 
-All variables that a program can name are stored unchanged, pins too. Each timer counts up to its
-own PT. The tables in `omitted` name the exceptions: tickets, numbers of scans, variables that are
-read only under a condition, and private variables of the library's blocks. A state contains values
-and no references, so it is valid in every process with the same program. Two states get the same
-bytes only if no later scan can distinguish them:
+All variables that a program can name are stored unchanged, including pins. Each timer counts up to
+its own PT. The tables in `omitted` name the exceptions: tickets, numbers of scans, variables that
+are read only under a condition, and private variables of the library's blocks. A state contains
+values and no references, so it is valid in every process with the same program. Two states get the
+same bytes only if no later scan can distinguish them:
 
 * Tickets: blocks compare tickets with the channel's Serving, by differences modulo 65536, and
   count them up. Adding a number to all tickets of a channel therefore changes nothing else. In a
@@ -43,27 +43,27 @@ from structured_text.language.walk import calls_of
 
 __all__ = ["NOW_US", "Abstraction", "Place", "Slot", "spoiling"]
 
-#: PLC time of every scan. Only the starts of the timers differ between states.
+#: PLC time of every scan. A state stores only elapsed times, so all scans can have the same time.
 NOW_US = 1_000_000_000
 
-#: The members of a channel that count tickets.
+#: The members of a channel that count its tickets.
 _TURNS = ("SERVING", "NEXTTICKET", "LOWEST")
-#: The tables of an unknown library.
+#: Empty tables, for a program without a known library.
 _NONE = Tables()
 _TIMERS = tuple(name for name in CLASSES if "start" in CLASSES[name].__slots__)
 _MEMORY = {"phase": ElementaryType("USINT")}
-#: Pins that the monitor of the contract reads from every block.
+#: Pins that the monitor of the blocks' contract reads, so they are always stored.
 _JUDGED = {"EXECUTE", "ENABLE", "BUSY", "DONE", "VALID", "ACTIVE", "ERROR", "ERRORID"}
 _BYTES = (ElementaryType("BYTE"), ElementaryType("USINT"))
-#: The size code of a slot of variable size; and the version of `marshal` that encodes equal values
-#: as equal bytes, whether or not they are one object.
+#: The size code of a slot of variable size, and a version of `marshal`. In this version equal
+#: values give equal bytes, whether or not they are the same object.
 OPEN, _MARSHAL = "", 2
 
 
 class Slot:
     """One stored variable: code that reads, writes and disturbs its number.
 
-    `size` is the format of the number for `struct`; `OPEN`: any value.
+    `size` is the format of the number for `struct`, or `OPEN` for a value of any size.
     """
 
     def __init__(
@@ -76,11 +76,12 @@ class Slot:
 
 
 class Place(NamedTuple):
-    """A structure or block, with the properties that the code of its variables needs.
+    """A structure or block, with what the code of its variables needs.
 
-    `name` is its name in that code, `owner` the type that contains it, and `channel` the channel
-    that it works on. `dropped` names its variables that are dropped. `conditions` gives the
-    conditions under which other variables are read, and `jobs` the channels of its jobs.
+    `name` is the name of the structure or block in the code of its variables. `owner` is the type
+    that contains it, and `channel` is the channel that it works on. `dropped` names its variables
+    that are dropped. `conditions` gives the conditions under which other variables are read, and
+    `jobs` the channels of its jobs.
     """
 
     name: str
@@ -100,7 +101,7 @@ class Abstraction:
     The program is in its initial state; a timer counts every `tick_us`.
 
     Raises:
-        InputError: a variable of a type that states cannot hold, or more than one device.
+        InputError: A variable has a type that states cannot hold, or there is more than one device.
     """
 
     #: Whether a state has slots of variable size after the numbers.
@@ -161,7 +162,7 @@ class Abstraction:
         return [slot.get for slot, (a, b) in zip(self._ordered(), pairs, strict=True) if a != b]
 
     def _ordered(self) -> list[Slot]:
-        """Return the slots in their order in a state: those of variable size last."""
+        """Return the slots in their order in a state; slots of variable size are last."""
         return sorted(self.slots, key=lambda one: one.size == OPEN)
 
     def values(self, state: bytes) -> tuple[Any, ...]:
@@ -242,8 +243,9 @@ class Abstraction:
         return dropped - {one for one, pou in unless if pou in self._project.pous}
 
     def conditional(self, type_name: str, kept: Omitted) -> Mapping[str, str]:
-        """Return the variables that are read only under a condition, by that condition."""
-        # Structures outside the core can be copied, so even a value that is not read has an effect.
+        """Return the conditions under which variables are read, by the names of the variables."""
+        # The program can copy structures that are not internal, so even a value that is not read
+        # has an effect.
         return kept.while_true if type_name.startswith(self.tables.core) else {}
 
     def _part(self, code: str, kind: Type, held: Any) -> None:
@@ -260,7 +262,7 @@ class Abstraction:
             self.plain(code, kind, "")
 
     def _passed(self, owner: str, name: str) -> set[str]:
-        """Return the pins of an internal block that all of its calls in the owner block write."""
+        """Return the pins of an internal block that the owner writes in each of its calls."""
         pou = self._project.pous.get(owner)
         if pou is None or not name.upper().startswith(self.tables.core):
             return set()
@@ -269,7 +271,7 @@ class Abstraction:
         return set.intersection(*pins) if pins else set()
 
     def jobs(self, type_name: str) -> dict[str, str]:
-        """Return the channels of a block's jobs, by their slots, from the calls in its body."""
+        """Return the channel of each job in a block, by slot, from the calls in the body."""
         pou = self._project.pous.get(type_name)
         found = {}
         for call in calls_of(pou.body) if pou else ():
@@ -281,7 +283,7 @@ class Abstraction:
         return found
 
     def _below(self, slot: str, channel: str, name: str) -> str:
-        """Return the private channel of a block for its Job and its Own; else an empty text."""
+        """Return the private channel for the slots JOB and OWN of a block; else an empty text."""
         if channel == "own":
             return f"own_{name}" if slot == "JOB" else "own" if slot == "OWN" else ""
         return ""
@@ -314,7 +316,10 @@ class Abstraction:
         )
 
     def _number(self, code: str, condition: str) -> None:
-        """Plan a number of a scan: a state stores only whether it is that of the last scan."""
+        """Plan the number of a scan.
+
+        A state stores only whether the number is that of the last scan.
+        """
         if code.endswith(".SCAN"):
             self.slots.insert(0, Slot("0", f"{code} = shift"))
             return
@@ -342,7 +347,7 @@ class Abstraction:
             self.slots.append(Slot(get, f"{code} = shift + {{v}} & 65535"))
 
     def _elapsed(self, name: str) -> None:
-        """Plan the time that a timer has been running, in ticks, at most its PT."""
+        """Plan the running time of a timer in ticks, at most its PT."""
         get = f"elapsed({name})"
         self.slots.append(Slot(get, f"{name}.start = now - {{v}} * {self.tick}", size="I"))
 
@@ -408,7 +413,7 @@ class Abstraction:
 
 
 def _listed(parts: Iterable[str]) -> str:
-    """Join the parts with a comma after each, so that a single part is a tuple, too."""
+    """Join the parts with a comma behind each, so that even a single part gives a tuple."""
     return "".join(f"{part}, " for part in parts)
 
 
@@ -425,7 +430,8 @@ def _parts(kind: Type) -> Iterator[tuple[str, Type]]:
         assert isinstance(kind, BlockType)
         kept = ("VAR", "VAR_INPUT", "VAR_OUTPUT")
         for one in kind.variables:
-            if one.section in kept and one.address is None:  # located variables are shared
+            # located variables are stored with the globals
+            if one.section in kept and one.address is None:
                 yield one.name.upper(), one.type
 
 

@@ -22,7 +22,7 @@ def with_always(files: Sequence[Path], always: Sequence[str], folder: Path) -> C
     The expressions may omit `Main.`; the copies go into `folder`.
 
     Raises:
-        InputError: an expression is invalid, or the files do not declare exactly one program.
+        InputError: An expression is invalid, or the files do not declare exactly one program.
     """
     if not always:
         return with_assertions(files, folder)

@@ -4,7 +4,7 @@ A variable that no table names is stored unchanged. A table may name a variable 
 writes it before reading it (dropped), if it has the same value after every scan (fixed), or if it
 is read only under a condition. The entries are checked: for every new state the search repeats one
 scan with arbitrary values in all omitted variables, with all tickets shifted and at another time.
-It must lead to the same state (`search`).
+The repeated scan must lead to the same state (`search`).
 """
 
 from __future__ import annotations
@@ -20,14 +20,16 @@ class Omitted:
     """The variables of one type that are not stored unchanged.
 
     Attributes:
-        dropped: Written before they are read, in every scan in which they are read.
-        fixed: The same after every scan: constants, and requests that are cleared at its end.
-        flags: Words for which only zero or not zero has a later effect: the displayed ErrorID.
+        dropped: Variables that every scan writes before it reads them.
+        fixed: Variables with the same value after every scan: constants, and requests that are
+            cleared at the end of a scan.
+        flags: Words of which only zero or not zero has a later effect, such as the displayed
+            ErrorID.
         while_true: Condition -> variables that are read only while it is true. The condition is
             Python, with `o` for the object itself and `robot` for the shared structure:
             `Tables.shared`.
-        tickets: Ticket -> its channel, as `command`, `sequence` or `own`.
-        scans: Numbers of scans. A state stores only whether a number is that of the last scan.
+        tickets: The channel of each ticket, as `command`, `sequence` or `own`.
+        scans: Variables with the number of a scan. A state stores only whether it is the last scan.
     """
 
     dropped: str = ""
@@ -51,7 +53,7 @@ class Tables:
         variable: The name of this structure in a program; it is stored only in part.
         member: The member of this structure that conditions call `robot`.
         shared: The type of this member.
-        devices: The word for the devices, for a program with several such structures.
+        devices: A word for the devices in messages, if a program has several such structures.
         unless: Members of `shared` that are dropped unless the program has a block.
         channel: The structure of a channel, which counts the tickets.
         job: The block that works on the channel that is passed to it.

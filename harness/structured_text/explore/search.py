@@ -1,4 +1,4 @@
-"""A breadth-first search of a world's reachable states; it finds a shortest trace first.
+"""A breadth-first search of a world's reachable states, which finds a shortest trace first.
 
 The steps from a state depend on nothing but the state and its number, so any process can take them
 (`shared`). This module merges their results strictly in the order of the states. Therefore the
@@ -32,7 +32,7 @@ __all__ = [
 
 _OPEN = -1
 
-#: From this number of states on, `World.look` checks all states together at each power of two.
+#: From this number of states on, `World.look` checks all states whenever their number has doubled.
 _FIRST_LOOK = 512
 
 
@@ -70,8 +70,8 @@ class Result:
         transitions: Scans that were run and judged, one for each state and choice.
         depth: Scans from the start to the farthest state.
         complete: Every state is known; False if a rule was broken or a limit reached.
-        cut: Scans that lead to a state outside the search.
-        checked: Scans that were repeated to check the abstraction.
+        cut: Number of scans that lead to a state outside the search.
+        checked: Number of scans that were repeated to check the abstraction.
         bounds: Highest number of scans until all actions have ended, by title of the environment.
         broken: The first rule that is broken.
     """
@@ -112,7 +112,7 @@ class World(ABC, Generic[Choice]):
         """Repeat a step with values drawn by `random` in all variables outside the state.
 
         Raises:
-            Exception: another state follows.
+            Exception: The step leads to another state than `following`.
         """
 
     def known_as(self, state: bytes) -> bytes:
@@ -124,7 +124,7 @@ class World(ABC, Generic[Choice]):
         return state
 
     def unpacked(self, packed: bytes) -> bytes:
-        """Return the state of its compact form."""
+        """Return the state from its compact form."""
         return packed
 
     def is_cut(self) -> bool:
@@ -182,7 +182,7 @@ def steps(
     A state need not be sent if `is_known` returns true for its key.
 
     Raises:
-        Exception: see `World.check`.
+        Exception: A checked step leads to another state, see `World.check`.
     """
     random = Random(f"{seed} {number}")
     choices = world.choices(state)
@@ -203,8 +203,8 @@ class Ready:
     Args:
         first: The first state.
         depths: Distance of each state from the start, in scans.
-        limit: Explore the steps of at most this number of states; 0: all.
-        depth: Explore only states at less than this distance from the start; 0: all.
+        limit: Explore the steps of at most this number of states; 0 stands for all.
+        depth: Explore only states at less than this distance from the start; 0 stands for all.
     """
 
     def __init__(self, first: bytes, depths: Sequence[int], limit: int, depth: int) -> None:
@@ -223,7 +223,7 @@ class Ready:
     def take(self, most: int) -> tuple[int, list[bytes]]:
         """Remove up to `most` states; return the number of the first, and the states.
 
-        If there is none, `may_come` returns whether more can follow.
+        If no state is waiting, `may_come` returns whether more can follow.
         """
         number = self._taken
         states: list[bytes] = []
@@ -285,8 +285,9 @@ class Search(Generic[Choice]):
 
         Args:
             name: Name of the world.
-            limit: Stop after the steps from this number of states; 0 = never.
-            depth: Explore only states at less than this distance from the start, in scans; 0 = all.
+            limit: Stop after the steps from this number of states; 0 for no limit.
+            depth: Explore only states at less than this distance from the start, in scans; 0 for no
+                limit.
             report: Called at times with the number of explored and of known states.
         """
         result, world = Result(name), self._world

@@ -14,8 +14,8 @@ from structured_text.farm import NOT_YET, Farm, NotYet
 
 __all__ = ["Some", "Stepping", "shared"]
 
-#: A parcel contains one of `SHARE` waiting states, so that all workers get some. It has at most
-#: `MOST` states, so that it takes only a moment.
+#: A parcel contains the waiting states divided by `SHARE`, so that all workers get some, and at
+#: most `MOST` states, so that it takes only a moment.
 SHARE, MOST = 128, 32
 #: Number of keys that a worker remembers because their states need not be sent again.
 _REMEMBERED = 1 << 19
@@ -25,7 +25,7 @@ _Came = tuple[Sequence[Any], InputError | None]
 
 
 class Some(NamedTuple):
-    """A parcel of states for a worker: the number of the first, and the states."""
+    """A parcel of states for a worker: the number of its first state, and the states."""
 
     first: int
     states: Sequence[bytes]
@@ -58,8 +58,8 @@ def _take(world: World[Any], seed: int, sent: dict[bytes, int], some: Some) -> l
     Args:
         world: The world.
         seed: See `steps`.
-        sent: Keys of the states that were received or sent, each with the number of its parcel. A
-            state is known once the parcels before this one are merged. Changed in place.
+        sent: Keys of the states that were received or sent, each with the number of its parcel;
+            changed in place. A state counts as known once the parcels before this one are merged.
         some: The states.
     """
     here = some.first

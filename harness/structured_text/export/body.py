@@ -1,4 +1,4 @@
-"""Statements with a tool's functions and pins; the source's comments and line breaks stay.
+"""Statements with the functions and pins of a tool; comments and line breaks are preserved.
 
 The translation works on tokens, not on the syntax tree. The text between tokens is copied, so the
 output has the layout of the source. Only calls, names, paths and literals are rewritten; each tool
@@ -30,7 +30,7 @@ _OPEN = {"LPAR": 1, "LSQB": 1, "RPAR": -1, "RSQB": -1}
 _ENDS = ("IDENT", "LABEL", "INTEGER", "REALNUM", "STRING", "TYPED", "TRUE", "FALSE", "RPAR", "RSQB")
 _PASSED = ("VAR_INPUT", "VAR_IN_OUT")
 
-#: First and end token of a field or index, and the types before and after it.
+#: A field or index: its first token, the token behind it, and the types before and after it.
 _Step = tuple[int, int, "s.TypeSpec | None", "s.TypeSpec | None"]
 
 
@@ -85,7 +85,7 @@ def _pins(node: s.Pou) -> tuple[str, ...]:
 
 
 class Body:
-    """A writer that translates standard functions and pins of standard blocks by a tool's list."""
+    """A writer that replaces standard functions, and the pins of standard blocks, by a tool's."""
 
     def __init__(self, text: str, scope: Scope, words: Words) -> None:
         self._text = text
@@ -130,7 +130,10 @@ class Body:
         return str(self._found[at].type) if 0 <= at < len(self._found) else ""
 
     def _run(self, first: int, last: int) -> str:
-        """Return tokens from `first` to before `last`, without the text before the first one."""
+        """Return the text of the tokens from `first` to before `last`.
+
+        The text before the first token is not included.
+        """
         pieces, at = [], first
         while at < last:
             gap = self._gap(at) if at > first else ""
@@ -245,7 +248,7 @@ class Body:
         return form.text(key, texts)
 
     def _argument(self, key: str, place: int, first: int, last: int) -> str:
-        """Return an argument of a standard function."""
+        """Return an argument of a standard function; `place` is its number."""
         return self._run(first, last)
 
     def _listed(
@@ -260,9 +263,9 @@ class Body:
     ) -> str:
         """Return a call of a function of the sources.
 
-        `at` is the index of its name, and `end` that of the token after it. `named` says whether
-        arguments are named; None: as in the source. `defaults` are values for omitted arguments, by
-        upper-case name.
+        `at` is the index of the function's name, and `end` the index of the token behind the call.
+        `named` says whether arguments are named; None leaves them as in the source. `defaults` are
+        values for omitted arguments, by upper-case name.
         """
         texts, keys = {}, [one.upper() for one in parameters]
         for place, (name, first, last) in enumerate(given):
@@ -286,11 +289,11 @@ class Body:
         return f"{self._word(at)}({inside})"
 
     def _begin(self, name: str, first: int) -> int:
-        """Return the index where an argument begins."""
+        """Return the index of the first token of an argument."""
         return first - 2 if name else first
 
     def _arguments(self, first: int, end: int) -> list[tuple[str, int, int]]:
-        """Return the name of each argument in upper case or "", and its first and end token."""
+        """Return for each argument its name in upper case or "", its first token and its end."""
         found, depth, begin = [], 0, first
         for at in range(first, end + 1):
             depth += _OPEN.get(self._kind(at), 0) if at < end else 0

@@ -21,7 +21,7 @@ def is_scalar(kind: Type) -> bool:
 
 
 def zero(kind: Type) -> Any:
-    """Return the value of a variable if neither it nor its type has an initial value."""
+    """Return the default value of a type, for variables without any initial value."""
     if isinstance(kind, StructType):
         return {name: zero(field) for name, field in kind.fields}
     if isinstance(kind, ArrayType):
@@ -30,7 +30,10 @@ def zero(kind: Type) -> Any:
 
 
 def literal(value: Any, kind: ElementaryType) -> str:
-    """Return a value of an elementary type as Structured Text; bit patterns with their type."""
+    """Return a value of an elementary type as Structured Text.
+
+    Bit patterns are written with their type.
+    """
     name = kind.name
     if name == "BOOL":
         return "TRUE" if value else "FALSE"
@@ -59,7 +62,7 @@ def differing(
 ) -> Iterator[tuple[str, Any, Type]]:
     """Yield path, value and type of each scalar in a value that differs from another value.
 
-    Without `other` yield each scalar. `field` returns the name of a field in a path.
+    If `other` is None, yield each scalar. `field` returns the name of a field in a path.
     """
     if isinstance(kind, StructType):
         for name, inner in kind.fields:

@@ -15,14 +15,17 @@ _NAMED = 3
 
 
 def missing(part: Part, why: str, *, of: str = "", at: s.Position | None = None) -> Missing:
-    """Return the report that a part, or its item `of` declared at a place, is not supported."""
+    """Return the report that a part is not supported.
+
+    With `of`, the report is about an item of the part, which is declared at `at`.
+    """
     what = f"{part.kind} {part.name}"
     what = f"{of} of {what}" if of else what
     return Missing(what, why, part.file, (at or part.node.at).line)
 
 
 def lost_configuration(part: Part, todo: str, *, without_globals: bool = False) -> Missing:
-    """Return the report that a CONFIGURATION is not supported, with all that it declares."""
+    """Return the report that a CONFIGURATION is not supported, with all names that it declares."""
     node = part.node
     assert isinstance(node, s.Configuration)
     found = [(f"TASK {one.name.text}", one.at) for one in node.tasks]
@@ -35,7 +38,7 @@ def lost_configuration(part: Part, todo: str, *, without_globals: bool = False) 
 
 
 def reaching_out(node: s.Pou, tool: str) -> str:
-    """Return why a POU with global or located variables cannot be exported by itself, or ""."""
+    """Return the reason why a POU with global or located variables cannot be exported, or ""."""
     found = [
         name.text
         for section, one, name in declared(node.sections)
@@ -47,7 +50,7 @@ def reaching_out(node: s.Pou, tool: str) -> str:
 
 
 def retain(part: Part) -> set[str]:
-    """Return the upper-case names of a POU's variables that keep their values without power."""
+    """Return the upper-case names of a POU's retained variables."""
     assert isinstance(part.node, s.Pou)
     return {
         name.key

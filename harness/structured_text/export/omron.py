@@ -12,7 +12,7 @@ from structured_text.export.parts import Sources
 
 __all__ = ["OMRON", "to_omron"]
 
-#: Instructions with names that are likely for variables (W501, 6-3-12: refused as names).
+#: Names of instructions that users may choose for variables. W501, 6-3-12, refuses them as names.
 _INSTRUCTIONS = (
     *("SET", "RESET", "OUT", "END", "BREAK", "NEXT", "UP", "DOWN", "CMP", "TIMER", "INC", "DEC"),
     *("RAND", "FRACTION", "ROUND", "ROUNDUP", "BAND", "ZONE", "EXCHANGE", "CLEAR", "SWAP", "NEG"),

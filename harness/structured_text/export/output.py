@@ -1,8 +1,8 @@
-"""The result of an export, and how it is written without damage to existing files.
+"""The result of an export, and its writing without damage to existing files.
 
-A folder of an export contains a record with a hash of each file. A later export reads it, and
-replaces only files that are unchanged since an export wrote them. A single file has a mark at its
-head instead.
+A folder of an export contains a record with a hash of each file. A later export reads the record,
+and replaces only files that have not changed since an export wrote them. A single file has a mark
+at its head instead.
 """
 
 from __future__ import annotations
@@ -25,10 +25,11 @@ class Missing:
     """A declaration that a target does not support, or not completely.
 
     Attributes:
-        what: Its kind and name.
+        what: Kind and name of the declaration.
         why: What is missing, or what to do instead.
         file: The file that declares it.
-        replaced: Whether it belongs to the library and other blocks of the library replace it.
+        replaced: Whether the declaration belongs to the library and other blocks of the library
+            replace it.
     """
 
     what: str
@@ -51,9 +52,10 @@ class Output:
         newline: The line end of the target's tools.
         inputs: The source files; they are never overwritten.
         notes: Further notes, one line each.
-        recorded: Whether a folder of it gets a record, by which a later export recognizes its
+        recorded: Whether an exported folder gets a record, by which a later export recognizes its
             files.
-        mark: The text at the head of each of its files without a record, by which it is recognized.
+        mark: The text at the head of each file without a record; a later export recognizes the file
+            by this mark.
     """
 
     files: dict[str, str]
@@ -71,8 +73,9 @@ class Written:
 
     Attributes:
         files: The files written, without the record.
-        removed: Files of an earlier export that this one no longer has.
-        kept: Files of an earlier export that were changed since, and are therefore not removed.
+        removed: Files of an earlier export that the new export does not have.
+        kept: Files of an earlier export that the new export does not have, but that were changed
+            and are therefore not removed.
     """
 
     files: list[Path]
@@ -97,7 +100,7 @@ def write_export(output: Output, place: Path, *, force: bool = False) -> Written
             none of them.
 
     Raises:
-        InputError: a file exists already, is an input, stands in place of a folder, or cannot be
+        InputError: A file exists already, is an input, stands in place of a folder, or cannot be
             written. In this case nothing has changed on the disk.
     """
     paths = {path: place / path if path else place for path in output.files}
@@ -152,7 +155,7 @@ def _check_folder(
     """Refuse to overwrite the user's files, or to write beside them without `force`.
 
     Raises:
-        InputError: a file of the user would be overwritten, or the folder is not empty.
+        InputError: A file of the user would be overwritten, or the folder is not empty.
     """
     if not force and earlier:
         raise InputError("contains an earlier export", file=place, hint="use --force to replace it")

@@ -40,17 +40,17 @@ class Part:
 
     Attributes:
         kind: TYPE, FUNCTION, FUNCTION_BLOCK, PROGRAM or CONFIGURATION.
-        name: Its name as declared.
-        file: The file that declares it.
+        name: Name as declared.
+        file: The file with the declaration.
         folder: Folder relative to that of the library, or `program` for the user's own files.
-        header: The text of the comment before it, without the comment's marks.
-        head: Its text from the opening word to the last END_VAR; for a type or a configuration, the
+        header: The text of the comment before the declaration, without the comment's marks.
+        head: The text from the opening word to the last END_VAR; for a type or a configuration, the
             whole text.
-        body: The text of its statements, with their comments.
+        body: The text of the statements, with their comments.
         line: The line of the file where the body begins.
-        node: Its syntax tree.
-        notes: Comments of its variables, fields, enumeration members, tasks and instances by
-            upper-case name; the key "" has all other comments, except for the header.
+        node: The syntax tree of the declaration.
+        notes: Comments of variables, fields, enumeration members, tasks and instances, by
+            upper-case name. The key "" has all other comments, except for the header.
     """
 
     kind: str
@@ -76,11 +76,11 @@ class Part:
 
 @dataclass(frozen=True)
 class Sources:
-    """The checked sources of an export, each part after those it needs.
+    """The checked sources of an export, each part behind the parts that it needs.
 
     Attributes:
         parts: The declarations.
-        renaming: The new names of the library.
+        renaming: The new names of the library's elements.
         names: Names and texts about the library.
     """
 
@@ -91,7 +91,7 @@ class Sources:
 
     @property
     def notice(self) -> str:
-        """Return the text for the head of an export; the licence requires it."""
+        """Return the text for the head of an export, which the library's licence requires."""
         version_ = f"Version {release()}."
         licence = f"SPDX-License-Identifier: {self.names.licence}"
         owner = f"Copyright (c) {self.names.copyright}"
@@ -310,10 +310,10 @@ def _types(
 
 
 def _remarks(gap: str, *, own: bool, last: bool = True) -> Iterator[str]:
-    """Yield the comments in a gap between types that belong to one of the two types.
+    """Yield the comments in the gap between two types that belong to one of these types.
 
-    `own` omits comments on the line of the type before; `last` includes comments on lines of their
-    own.
+    Without `own`, comments on the line of the first type are left out. Without `last`, comments on
+    lines of their own are left out.
     """
     for found in _COMMENT.finditer(gap):
         on_line = "\n" not in gap[: found.start()]
@@ -325,7 +325,7 @@ def _notes(source: _Source, first: int, last: int, node: Declaration) -> dict[st
     """Return the comments of the names that a declaration declares.
 
     A comment belongs to the name before it on its line. A comment on a line of its own belongs to
-    the next name, or to the last name if no other follows.
+    the next name, or to the last name if no name follows.
     """
     places = {name.at: name.key for name in _names(node)}
     notes: dict[str, list[str]] = {}

@@ -52,7 +52,7 @@ def to_plcopen(sources: Sources) -> Output:
 
     Interfaces are elements, with the comments as documentation. Bodies are the source's own text.
     The arguments of standard functions are passed by position, because tools differ in their names.
-    The schema has no place for the comments of an enumeration's members, so they are in the
+    The schema does not provide for comments of an enumeration's members. They are part of the
     documentation of the type.
     """
     root = ET.Element("project", xmlns=NAMESPACE)
@@ -91,7 +91,7 @@ def _headers(root: ET.Element, names: Names) -> None:
 
 
 def _said(part: Part) -> str:
-    """Return the comments on a declaration as a whole."""
+    """Return the header of a declaration, and the comments that belong to no name in it."""
     return "\n".join(filter(None, [part.header, part.notes.get("")]))
 
 

@@ -1,4 +1,4 @@
-"""The option `--prefix`: a prefix for the library's names, for projects that use these names."""
+"""The option `--prefix`: a prefix for the library's names, if a project uses these names itself."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _WORD = re.compile(r"(?<![\w/.-])[A-Za-z]\w*(?![\w/]|\.\w)")
 
 @dataclass(frozen=True)
 class Renaming:
-    """The new names of the library.
+    """The new names of the library's elements.
 
     Attributes:
         prefixes: The prefix of each name that gets one, by the name as declared.
@@ -38,7 +38,7 @@ class Renaming:
     texts: Mapping[Path, str] = field(default_factory=dict)
 
     def said(self, text: str) -> str:
-        """Return a text, such as a note for users, with the new names."""
+        """Return a text, such as a note for users, with the new names in place of the old ones."""
         return _said(text, self.prefixes)
 
 
@@ -56,7 +56,7 @@ def renaming(files: SourceFiles, prefix: str) -> Renaming:
             hint=f"use a letter, then letters, digits and single underscores, such as {BLOCKS}",
         )
     users, library = files.users
-    # Comments mention blocks of the whole library.
+    # Comments may name blocks of the whole library, including blocks that are not exported.
     whole = dict.fromkeys([*library, *_unneeded(files)])
     known = frozenset(name.text for file in whole for name in _declared(parse(file)))
     staying = {name.upper() for name in known if name.upper().startswith(prefix.upper())}
@@ -80,7 +80,7 @@ def renaming(files: SourceFiles, prefix: str) -> Renaming:
 
 
 def _unneeded(files: SourceFiles) -> Iterator[Path]:
-    """Yield files of the library that are not exported."""
+    """Yield the files of the library that are not exported."""
     taken = {real(file) for file in files.all}
     there = [] if files.folder is None else st_files(files.folder)
     return (file for file in there if real(file) not in taken)
@@ -147,7 +147,10 @@ def _check(made: Mapping[str, str], files: Iterable[Path], prefix: str) -> None:
 
 
 def _renamed(file: Path, names: _Names) -> str:
-    """Return the text of a file with the new names; a literal `TYPE#MEMBER` has two of them."""
+    """Return the text of a file with the new names.
+
+    In a literal `TYPE#MEMBER` both names are replaced.
+    """
     text = source_text(file)
     source = parse(file)
     places = {name.at for name in _declared(source) if name.key in names.keys}
@@ -165,7 +168,10 @@ def _renamed(file: Path, names: _Names) -> str:
 
 
 def _said(text: str, prefixes: Mapping[str, str]) -> str:
-    """Return comments with the new names; only words with the declared spelling are names."""
+    """Return comments with the new names.
+
+    Only words in the declared spelling are replaced.
+    """
     return _WORD.sub(lambda found: prefixes.get(found[0], "") + found[0], text)
 
 

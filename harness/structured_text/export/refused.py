@@ -1,4 +1,4 @@
-"""The constructs that a tool refuses in a program as written: `check --for`.
+"""The constructs of a program that a tool refuses; `check --for` reports them.
 
 Three sources are combined: the constructs beyond the portable subset that the tool accepts
 (`constructs.toml`), the functions, blocks and operators that it has (`words`), and the declarations
@@ -28,8 +28,8 @@ __all__ = ["CONSTRUCTS_FILE", "Refusal", "Tool", "refused", "tools"]
 CONSTRUCTS_FILE = Path(__file__).parent / "constructs.toml"
 
 _ON_LIST = " is not on the list for "
-#: Details that a statement about their construct does not cover: a tool that accepts `//` may
-#: refuse this one.
+#: Details of a construct to which a statement about the construct does not apply. A tool that
+#: accepts `//` comments may refuse `/* */`.
 _SAID_APART = ("/* */",)
 
 
@@ -38,13 +38,15 @@ class Tool:
     """A tool for which a program may be intended.
 
     Attributes:
-        export: The target of the export for it.
-        words: Its list of functions and blocks, in the folder `words`.
-        takes: Constructs that it accepts, with the source.
-        refuses: Constructs that it refuses, with the source.
-        own: Endings of its own files, in lower case; constructs in these files are not checked.
-        instead: What to write instead of a construct, if that differs from the general advice.
-        note: The difference, if the export writes the same in another form; else empty.
+        export: The export format for the tool.
+        words: The name of the tool's list of functions and blocks, in the folder `words`.
+        takes: Constructs that the tool accepts, with the source.
+        refuses: Constructs that the tool refuses, with the source.
+        own: Endings of the tool's own files, in lower case; constructs in these files are not
+            checked.
+        instead: What to write instead of a construct, if it differs from the general advice.
+        note: The difference between the program and the export, if the export writes the same
+            construct in another form; else empty.
     """
 
     title: str

@@ -90,7 +90,7 @@ class _Body(Body):
 _ZEROS = {"BOOL": "FALSE", "REAL": "0.0", "LREAL": "0.0", "TIME": "T#0s", "STRING": "''"}
 _ORDER = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR", "VAR_TEMP")
 
-#: The flip-flops, which SCL lacks: the statements of IEC 61131-3, tables 34.1 and 34.2.
+#: The statements of SR and RS, which SCL lacks, from IEC 61131-3, tables 34.1 and 34.2.
 _FLIP_FLOPS = {
     "SR": ("S1", "R", "#S1 OR (NOT #R AND #Q1)"),
     "RS": ("S", "R1", "NOT #R1 AND (#S OR #Q1)"),
@@ -137,7 +137,7 @@ def to_scl(sources: Sources) -> Output:
 def _in_declaration(kind: Type) -> bool:
     """Return whether a declaration can contain the initial value of a type.
 
-    It cannot if the value contains structures.
+    A declaration can contain the values of scalars, and of arrays of scalars with one dimension.
     """
     row = isinstance(kind, ArrayType) and len(kind.bounds) == 1 and is_scalar(kind.element)
     return is_scalar(kind) or row
@@ -206,7 +206,8 @@ class _Writer:
         assert isinstance(kind, StructType)
         assert isinstance(part.node, s.TypeDecl)
         for field in spec.fields:
-            # The initial value of the whole structure overrides those of its fields.
+            # An initial value of a whole structure has priority over the initial values of its
+            # fields.
             if part.node.initial is not None:
                 field = replace(field, initial=None)
             for name in field.names:
@@ -240,7 +241,7 @@ class _Writer:
         return "VAR_TEMP" if node.kind == "FUNCTION" and section.kind == "VAR" else section.kind
 
     def _declared(self, section: s.Section, word: str, part: Part, node: s.Pou) -> Iterator[str]:
-        """Yield a section without its single-value constants, which follow after all sections."""
+        """Yield a section without single constants, which follow behind all sections."""
         lines = []
         for one in section.variables:
             for name in one.names:
@@ -262,7 +263,7 @@ class _Writer:
         return f"      {quoted(name.text)} : {self._spec(one.spec)}{value};{note}"
 
     def _initial(self, one: s.VarDecl, kind: Type, value: Any) -> str:
-        """Return the initial value in a declaration; empty if there is none or no place for it."""
+        """Return the initial value in a declaration; empty if it has none or cannot contain it."""
         if isinstance(kind, BlockType) or not _in_declaration(kind):
             return ""
         if one.initial is None and value == self._implicit(kind):

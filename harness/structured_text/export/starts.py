@@ -1,8 +1,8 @@
 """Statements for initial values that a tool's declarations cannot contain.
 
-Initial values of structures and arrays often have no place in a tool's table of variables. They are
-set by statements at the beginning of the body. A flag ensures that a block does so in its first
-call only. Values that survive a power loss need a flag that survives it, too.
+A tool's table of variables often cannot contain initial values of structures and arrays. Statements
+at the beginning of the body set them. A flag ensures that a block does so in its first call only.
+The flag for retained variables is retained as well.
 """
 
 from __future__ import annotations
@@ -26,12 +26,13 @@ __all__ = ["Starts", "each_call"]
 
 #: Highest number of values that statements set; a larger table is not exported.
 _MOST = 1024
-#: Flags that are TRUE after the statements have run; the second is for retained variables.
+#: Names of the flags that are TRUE after the statements have run: one for plain and one for
+#: retained variables.
 _FLAGS = (f"{VARIABLES}Started", f"{VARIABLES}StartedKept")
 
 
 def each_call(node: s.Pou, section: s.Section) -> bool:
-    """Return whether a variable gets its initial value at each call."""
+    """Return whether a variable gets its initial value at each call: it is temporary."""
     return section.kind == "VAR_TEMP" or (node.kind == "FUNCTION" and section.kind == "VAR")
 
 
@@ -44,7 +45,8 @@ class Starts:
         variable: Returns the name of a variable in statements.
         field: Returns the name of a field in statements.
         literal: Returns the text of a scalar in statements.
-        implicit: Returns the value that a variable of a type has without an initial value.
+        implicit: A function that returns the value of a variable of a type without an initial
+            value.
         declared: Returns whether a declaration can contain the initial value of a type.
         kept: Returns whether a variable keeps its value when power is off.
     """
@@ -85,7 +87,7 @@ class Starts:
             yield "  END_IF;"
 
     def lost(self, part: Part, node: s.Pou) -> Iterator[Missing]:
-        """Yield the variables of a POU whose initial values or RETAIN are not exported."""
+        """Yield the variables of a POU that lose their initial values or RETAIN in the export."""
         for section, _, name in declared(node.sections):
             symbol = self.symbol(node, name)
             of, kind = f"{section.kind} {name.text}", symbol.type
@@ -109,7 +111,7 @@ class Starts:
                 yield missing(part, why, of=of, at=name.at)
 
     def _once(self, node: s.Pou) -> dict[str, tuple[bool, list[str]]]:
-        """Return the statements of a block's first call, by the flag that guards them."""
+        """Return the statements for the first call of a block, by the flag that guards them."""
         taken = {name.key for _, _, name in declared(node.sections)}
         found = {}
         for wanted, flag in enumerate(_FLAGS):

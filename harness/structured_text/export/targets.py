@@ -40,7 +40,7 @@ class Target:
 
 
 def _to_st(sources: Sources) -> Output:
-    """Join the sources in dependency order."""
+    """Join the sources into one text, in dependency order."""
     return Output(
         {"": "\n".join([f"{comment(sources.notice)}\n", *(part.text for part in sources.parts)])}
     )

@@ -17,7 +17,7 @@ from structured_text.language.lexer import tokens
 
 __all__ = ["to_twincat"]
 
-#: Name space of the objects' identifiers. The same name always gives the same identifier.
+#: Namespace for the identifiers of objects. The same name always gives the same identifier.
 _SPACE = UUID("5b0f6a2e-7c0d-5f0e-9d0e-52435833f0b1")
 
 _OBJECT = """\
@@ -67,7 +67,8 @@ def to_twincat(sources: Sources) -> Output:
     project that call programs by the names of their types.
     """
     files, lost = {}, list[Missing]()
-    root = sources.names.project  # Folder of the objects, in the project and on the disk.
+    # The folder of the objects has the same name in the project and on the disk.
+    root = sources.names.project
     barred = unwritten(sources.parts, words("twincat"))
     for part in sources.parts:
         if part.kind == "CONFIGURATION":
@@ -107,7 +108,7 @@ def _globals(part: Part) -> str:
 
 
 def _retained(text: str, part: Part) -> str:
-    """Return a head without NON_RETAIN, which TwinCAT lacks and which is its default."""
+    """Return a head without the word NON_RETAIN, which TwinCAT lacks and does not need."""
     for one in reversed([one for one in tokens(text, part.file) if one.type == "NON_RETAIN"]):
         at = one.start_pos or 0
         text = f"{text[:at].rstrip(' ')}{text[at + len(one) :]}"
@@ -138,7 +139,7 @@ def _object(kind: str, part: Part, declaration: str, body: tuple[str, str] = (""
 
 
 def _data(text: str) -> str:
-    """Return a text for use inside CDATA; the end mark of CDATA is split."""
+    """Return a text for use inside CDATA; an end mark `]]>` in the text is split."""
     return text.replace("]]>", "]]]]><![CDATA[>")
 
 

@@ -1,4 +1,4 @@
-"""The Structured Text of a tool: its functions, blocks and operators, each with a source.
+"""The functions, blocks and operators in the Structured Text of each tool, with their sources.
 
 The lists are in `words/*.toml`. An export does not use anything that is not on a tool's list.
 """
@@ -26,7 +26,7 @@ __all__ = ["FOLDER", "Form", "Words", "blocks_of", "mentioned", "unwritten", "wo
 #: The folder of the lists.
 FOLDER = Path(__file__).parent / "words"
 
-#: Placeholder in the lists for the prefix of the names of blocks that an export adds.
+#: Placeholder in the lists for the prefix of blocks that an export adds.
 _ADDED = "{added}"
 _CALL = re.compile(r"(\w+)\((.*)\)")
 _COMPARED = ("=", "<>", "<", ">", "<=", ">=")
@@ -66,7 +66,7 @@ class Form:
 
     @property
     def is_operator(self) -> bool:
-        """Return whether it is written between its operands."""
+        """Return whether the function is an operator, which is written between its operands."""
         return not self.parameters
 
     def text(self, key: str, arguments: list[str]) -> str:
@@ -146,10 +146,10 @@ class Words:
     def lacking(
         self, node: s.Pou | s.TypeDecl, functions: Collection[str]
     ) -> Iterator[tuple[s.Position, str]]:
-        """Yield the place of each item that is not on the list, and what to write instead.
+        """Yield the position of each item that is not on the list, and what to write instead.
 
-        Items that came with the third edition are skipped, because they are constructs of their
-        own. `functions` are those of the sources, in upper case.
+        Items that came with the third edition are skipped, because they are reported as constructs
+        beyond the portable subset. `functions` are those of the sources, in upper case.
         """
         for what, name, at in _used(node, functions):
             if not self._has(what, name):
@@ -217,9 +217,9 @@ def unwritten(
 ) -> dict[str, Missing]:
     """Return the parts that cannot be written, by upper-case name, with the reason.
 
-    A part cannot be written if it uses something that is not on the list, or needs such a part.
-    Each part stands after those it needs. `barred` are other reasons by upper-case name; an empty
-    text means no reason.
+    A part cannot be written if it uses something that is not on the list, or needs such a part. In
+    `parts`, each part stands behind the parts that it needs. `barred` are other reasons by
+    upper-case name; an empty text means no reason.
     """
     functions = {part.name.upper() for part in parts if part.kind == "FUNCTION"}
     names = {part.name.upper(): part.name for part in parts}
@@ -252,7 +252,7 @@ def mentioned(part: Part) -> Iterator[str]:
 def _used(
     node: s.Pou | s.TypeDecl, functions: Collection[str]
 ) -> Iterator[tuple[str, str, s.Position]]:
-    """Yield kind, name and place of each standard item used.
+    """Yield kind, name and position of each standard function, operator, block and statement.
 
     The name of a function is followed by `/` and its number of arguments.
     """

@@ -1,4 +1,4 @@
-"""The address of a dask.distributed cluster, and the security of connections to it."""
+"""The address of a dask.distributed cluster, and the security of the connections to the cluster."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ class Cluster:
     """A cluster and the files that TLS needs; used by `Farm`.
 
     Attributes:
-        address: Address of its scheduler: `tls://host:port`, or `tcp://host:port` on this
-            computer.
+        address: Address of the scheduler: `tls://host:port`, or `tcp://host:port` on this computer.
         ca: Certificate of the authority that signed the cluster's certificates (PEM).
         cert: Our own certificate (PEM).
-        key: The key of our certificate (PEM).
-        plain: Allow connections to other computers without TLS. Anybody who can reach them can
-            then run any code on each of the computers.
+        key: The private key of our certificate (PEM).
+        plain: Allow connections to other computers without TLS. Anybody who can reach these
+            computers can then run any code on them.
         patience_s: Longest wait for a scheduler or a first worker [s].
-        fingerprint: Returns the properties that must be equal on all its computers.
+        fingerprint: A function that returns the properties that must be equal on all computers of
+            the cluster.
     """
 
     address: str
@@ -83,7 +83,7 @@ def is_here(host: str) -> bool:
     for family, kind, protocol, _, address in found:
         with socket.socket(family, kind, protocol) as one:
             try:
-                one.bind(address)  # only a local address can be bound
+                one.bind(address)  # a socket can be bound only to an address of this computer
             except OSError:
                 return False
     return True

@@ -33,11 +33,12 @@ from structured_text.farm.work import Died, Done, Ended, NotBegun, Work, attempt
 
 __all__ = ["ClusterCrew"]
 
-#: Items per worker: one is executed while the next one is transferred.
+#: Items per worker: the worker executes one while the next one is transferred.
 _DEPTH = 2
 #: Interval at which the cluster's workers are listed [s].
 _LOOK_S = 1.0
-#: Loggers of dask that report errors; here the user gets a message for those errors.
+#: Loggers of dask that report errors. They are silenced, because the user gets a message for those
+#: errors.
 _LOGS = ("distributed", "distributed.client")
 
 
@@ -59,7 +60,7 @@ class _Bench:
             return self._do(pickle.loads(item))
 
 
-#: In a worker process: the work by the name of its run.
+#: In a worker process: the work of each run, by the name of the run.
 _BENCHES: dict[str, _Bench] = {}
 
 
@@ -135,7 +136,7 @@ class ClusterCrew:
         return len(self._futures) < _DEPTH * len(self._workers)
 
     def give(self, number: int, item: Any) -> None:
-        """Start an item under a number of its own."""
+        """Start an item with its number."""
         assert self._client is not None
         run = self._carrier.name
         key = f"{run}-{uuid.uuid4().hex}"
@@ -167,7 +168,7 @@ class ClusterCrew:
             try:
                 self._client.cancel(list(self._futures.values()), force=True)
                 self._client.unregister_worker_plugin(self._carrier.name)
-            except Exception:  # the cluster and all its items are gone
+            except Exception:  # the cluster has gone, and all its items with it
                 pass
             self._client.close()
             self._client = None
@@ -208,7 +209,7 @@ class ClusterCrew:
         if self._client.status not in ("running", "connecting"):
             raise self._gone()
         before = self._workers
-        # If the connection is lost, the list is empty.
+        # An empty list may also mean that the connection is lost.
         self._workers = dict(self._client.scheduler_info(n_workers=-1).get("workers", {}))
         for address in self._workers.keys() - before.keys():
             if address.startswith("tcp://"):
@@ -226,7 +227,7 @@ class ClusterCrew:
     def _how(self, future: Future) -> Ended:
         assert self._client is not None
         if future.status == "finished":
-            with suppress(CancelledError):  # its worker has left with the result
+            with suppress(CancelledError):  # the worker has left, and its result with it
                 done: Done = pickle.loads(future.result())
                 return done
         if future.status == "error":
@@ -249,17 +250,18 @@ def _connected(cluster: Cluster) -> Client:
     given = {f"tls_{name}": str(file) for name, file in files.items() if file is not None}
     security = Security(require_encryption=True, **given) if scheme == "tls" else Security()
     try:
-        # These two report at once what a client would report only after many attempts, or never.
+        # The connection and the greeting report at once what the client would report only after
+        # many attempts, or never.
         socket.create_connection((host, port), cluster.patience_s).close()
         asyncio.run(_greet(cluster, security))
         with warnings.catch_warnings():
             warnings.simplefilter(
                 "ignore"
-            )  # warnings about versions: this module compares them more strictly
+            )  # this module compares the versions more strictly than dask, which warns
             return Client(
                 cluster.address, security=security, timeout=cluster.patience_s, set_as_default=False
             )
-    except (TimeoutError, asyncio.TimeoutError):  # two classes before Python 3.11
+    except (TimeoutError, asyncio.TimeoutError):  # they are two classes before Python 3.11
         raise _not_there(
             cluster, "the program at this address does not answer like a scheduler"
         ) from None

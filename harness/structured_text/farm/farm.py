@@ -1,8 +1,8 @@
 """The farm: it gives items to workers and yields the results in the order of the items.
 
 `Farm` combines three parts. `_Known` takes results from the file of results and removes duplicate
-items. `_Turns` decides which item is given next, and repeats items whose worker ended. A crew
-executes the items: processes of this computer, a cluster, or this process itself.
+items. `_Turns` decides which item is given next, and repeats an item if its worker has ended. A
+crew executes the items: processes of this computer, a cluster, or this process itself.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ from structured_text.output.system import MOST_PROCESSES, processors
 
 __all__ = ["AHEAD", "NOT_YET", "Farm", "Item", "NotYet", "Result"]
 
-#: Limit of items per worker that are started behind an unfinished one. Their results wait in memory
-#: until the unfinished one has ended.
+#: Greatest number of items per worker that are started behind an unfinished item. Their results
+#: wait in memory until the unfinished item has ended.
 AHEAD = 64
 
 
 class NotYet:
-    """The type of `NOT_YET`: no item is available now, but later results may provide some."""
+    """The type of `NOT_YET`, which stands for items that depend on later results."""
 
 
 NOT_YET: Final = NotYet()
@@ -53,6 +53,8 @@ class _Crew(Protocol):
     def attempts(self) -> int:
         """Return how often an item is started if its workers end.
 
+        In the last attempt no other item is in progress.
+
         In the last attempt the item runs alone.
         """
 
@@ -64,7 +66,7 @@ class _Crew(Protocol):
         """Return whether a new item would be started now or soon."""
 
     def give(self, number: int, item: Any) -> None:
-        """Start an item under a number of its own."""
+        """Start an item with its number."""
 
     def ended(self) -> Iterable[tuple[int, Ended]]:
         """Wait until items end or there may be more room; yield their numbers and outcomes."""
@@ -113,11 +115,12 @@ class Farm:
         Args:
             work: A function of one item, or an object whose `prepare()` returns that function; it
                 is called once in each worker. The work, items and results must be picklable.
-            items: The items. They are taken when there is room, at most `AHEAD` per worker beyond
-                the first unfinished one. `NOT_YET` is not an item: the iterator is asked again
-                after the next result. It cannot be used with `kept`.
+            items: The items. They are taken when a worker has room, at most `AHEAD` per worker
+                beyond the first unfinished one. If the iterator yields `NOT_YET`, it is continued
+                after the next result; `kept` cannot be used then.
             lost: Returns the result of an item whose workers all ended; it is not saved.
-            kept: The file of results: known ones are taken from it, new ones saved at once.
+            kept: The file of results. Known results are taken from it, and new results are saved at
+                once.
             title: Name of the items in the progress bar; None if the caller shows the progress.
 
         Raises:
@@ -201,9 +204,9 @@ class Farm:
 
 
 class _Known:
-    """The results that need no worker.
+    """The results that need no worker, because they are saved or an equal item is in progress.
 
-    They come from the file of results, or from an equal item in progress.
+    They come from the file of results, or from the equal item when it has ended.
     """
 
     def __init__(self, kept: ResultFile[Any, Any] | None) -> None:
@@ -297,7 +300,7 @@ class _Turns:
             return None
         if self._again:
             return self._again.popleft()
-        if self._last_time:  # alone, so that it is certain which item ends the worker
+        if self._last_time:  # the item runs alone, so that it is certain which item ends the worker
             self._alone = not self._under_way
             return self._last_time.popleft() if self._alone else None
         if self._is_far_ahead():

@@ -1,4 +1,4 @@
-"""The properties that must be equal on all computers so that they reach equal verdicts."""
+"""The properties of a computer that verdicts depend on; they must be equal on all computers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from structured_text.output.results import digest
 
 __all__ = ["PACKAGES", "Fingerprint", "differences", "digest_of", "fingerprint"]
 
-#: Pairs of name and value, in words for users.
+#: Pairs of name and value of a property, in words for users.
 Fingerprint: TypeAlias = tuple[tuple[str, str], ...]
 
 #: The folders of the toolkit itself.
@@ -28,7 +28,7 @@ def fingerprint(packages: tuple[Path, ...] = PACKAGES) -> Fingerprint:
 
 
 def digest_of(folders: Sequence[Path]) -> str:
-    """Return a hash of the files in folders, without compiled ones and installed data."""
+    """Return a hash of the files in folders, without compiled files and installed data."""
     found = []
     for folder in folders:
         files = [file for file in folder.rglob("*") if file.is_file()]
@@ -41,7 +41,7 @@ def digest_of(folders: Sequence[Path]) -> str:
 
 
 def differences(here: Fingerprint, there: Fingerprint) -> str:
-    """Describe the differences in words; an empty text means equal."""
+    """Return the differences between two fingerprints in words; empty if they are equal."""
     other = dict(there)
     return ", ".join(
         f"{name} {value} here, {other.get(name, 'none')} there"

@@ -33,11 +33,11 @@ from structured_text.output.system import (
 
 __all__ = ["LocalCrew"]
 
-#: If items take less than this [s], each worker gets its next item in advance. If they take longer,
-#: that item would wait although another worker may be free.
+#: Limit of the time of an item [s]. If items take less, each worker gets its next item in advance.
+#: If they take longer, an item in advance would wait although another worker may be free.
 _SHORT_S = 0.5
 _ENDS_WITHIN_S = 5.0
-#: Time for a worker that must end within an item to remove its temporary files [s].
+#: Time for a worker to remove its temporary files if it must end during an item [s].
 _GRACE_S = 2.0
 
 
@@ -53,7 +53,7 @@ class _Worker:
 
 
 class LocalCrew:
-    """A crew of processes; a process that ends is replaced."""
+    """A crew of processes on this computer; a process that ends is replaced."""
 
     attempts = 3
 
@@ -69,14 +69,14 @@ class LocalCrew:
         return len(self._workers) < self.size or len(self._freest().numbers) < self._depth
 
     def give(self, number: int, item: Any) -> None:
-        """Start an item under a number of its own."""
+        """Start an item with its number."""
         if len(self._workers) < self.size and all(one.numbers for one in self._workers):
             self._workers.append(self._started())
         worker = self._freest()
         if not worker.numbers:
             worker.since_s = time.monotonic()
         worker.numbers.append(number)
-        with suppress(OSError):  # it has ended; its pipe will report that
+        with suppress(OSError):  # the process has ended, which the end of its pipe will report
             worker.pipe.send_bytes(pickle.dumps(item))
 
     def ended(self) -> Iterator[tuple[int, Ended]]:
@@ -103,7 +103,7 @@ class LocalCrew:
         self._close()
 
     def _started(self) -> _Worker:
-        pipes: Any = get_context("spawn").Pipe()  # the class differs between systems
+        pipes: Any = get_context("spawn").Pipe()  # the class of a pipe differs between systems
         ours, theirs = pipes
         process = get_context("spawn").Process(target=_serve, args=(theirs, self._work))
         with interrupts_later():
@@ -113,7 +113,7 @@ class LocalCrew:
 
 
 def _end(workers: list[_Worker]) -> None:
-    """End the processes; those within an item get time to remove temporary files."""
+    """End the processes; a process that executes an item gets time to remove temporary files."""
     for worker in workers:
         worker.pipe.close()
         if not worker.numbers:
@@ -133,7 +133,7 @@ def _kill(process: SpawnProcess) -> None:
 
 def _why(process: SpawnProcess) -> str:
     process.join(_ENDS_WITHIN_S)
-    _kill(process)  # its child processes may still run
+    _kill(process)  # the child processes of the worker may still run
     code = process.exitcode
     if code is not None and code < 0:
         with suppress(ValueError):
@@ -168,7 +168,7 @@ def _read(pipe: Connection[Any, Any], items: SimpleQueue[bytes | None], busy: Ev
         while True:
             items.put(pipe.recv_bytes())
     if busy.is_set():
-        interrupt_main_thread()  # the result is not needed
+        interrupt_main_thread()  # nobody reads the result any more
     items.put(None)
     time.sleep(_GRACE_S)
     end_apart(os.getpid())

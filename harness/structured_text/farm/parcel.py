@@ -68,7 +68,7 @@ def _names(files: Iterable[Path]) -> list[str]:
     try:
         common = os.path.commonpath([path.parent for path in paths])
         return [path.relative_to(common).as_posix() for path in paths]
-    except ValueError:  # no common folder: no files, or several drives
+    except ValueError:  # there is no common folder without files, or with files on several drives
         return [path.as_posix().replace(":", "").lstrip("/") for path in paths]
 
 

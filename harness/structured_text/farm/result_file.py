@@ -32,18 +32,20 @@ class ResultFile(Generic[Item, Result]):
 
     Args:
         file: The file in JSON lines. Its first line states the basis of the results.
-        about: The basis by its names for users, for example `{"sources": digest}`; texts.
-        key: Returns the key of an item; items with equal keys have equal results.
-        to_json: Returns the JSON form of a result.
-        from_json: Returns the result of a JSON form. All results pass through it, including
-            new ones.
+        about: The basis of the results: texts by names for users, for example `{"sources":
+            digest}`.
+        key: A function that returns the key of an item; items with equal keys have equal results.
+        to_json: A function that returns the JSON form of a result.
+        from_json: A function that returns the result of a JSON form. All results pass through it,
+            including new results.
         fresh: Discard the content of the file.
 
     Attributes:
         notice: A line for the user if the file was damaged; else empty.
 
     Raises:
-        InputError: The results in the file have another basis, or it is not a file of results.
+        InputError: The results in the file have another basis, or the file is not a file of
+            results.
     """
 
     def __init__(
@@ -112,7 +114,7 @@ def _rescued(file: Path) -> str:
     if entry is not None and _is_first(entry):
         return ""
     if not any(found and {"key", "result"} == found.keys() for found in map(read_entry, others)):
-        return ""  # not a file of results
+        return ""  # this is not a file of results, so it stays
     aside = move_aside(file)
     return (
         f"{file}: its first line is damaged; the file is now {aside}, "

@@ -1,4 +1,4 @@
-"""The work of a farm, and the outcome of an item, for all kinds of workers."""
+"""The work of a farm, and the outcome of an item, in the form that all kinds of workers use."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class LostError(InputError):
 
 
 class RemoteError(Exception):
-    """The cause of an error that came from a worker, with the traceback there."""
+    """The cause of an error that came from a worker; its text is the traceback in the worker."""
 
     def __str__(self) -> str:
         return f"in a worker:\n{self.args[0]}"
@@ -56,7 +56,7 @@ class RemoteError(Exception):
 
 @dataclass(frozen=True)
 class Lost(Generic[Item]):
-    """An item whose workers have all ended."""
+    """An item that has ended all workers that tried it."""
 
     item: Item
     times: int
@@ -65,7 +65,7 @@ class Lost(Generic[Item]):
     """The end of the last worker, in words for users."""
 
     def error(self) -> LostError:
-        """Return the loss as an error to raise."""
+        """Return the error to raise for the lost item."""
         return LostError(
             f"{self.times} workers died while they worked on {self.item!r}: {self.why}",
             hint="check that the memory is enough for all workers, or start fewer",
@@ -96,7 +96,7 @@ class Done:
 
 @dataclass(frozen=True)
 class Died:
-    """The outcome of an item whose worker has ended.
+    """The outcome of an item that has ended its worker.
 
     Attributes:
         why: The end of the worker, in words for users.
@@ -127,7 +127,8 @@ def attempt(do: Callable[[], Any]) -> bytes:
         return pickle.dumps(Done(do()))
     except KeyboardInterrupt:
         raise
-    except BaseException as one:  # also SystemExit, which would end the worker or this process
+    # also catches SystemExit, which would end the worker or this process
+    except BaseException as one:
         error = one if isinstance(one, Exception) else RuntimeError(repr(one))
         if isinstance(error, InputError):
             return pickle.dumps(Done(error=error))

@@ -1,4 +1,4 @@
-"""Operators on values that are known before a program runs."""
+"""Integer division and remainder by the standard's rules, for constants and running programs."""
 
 from __future__ import annotations
 

@@ -72,8 +72,8 @@ def check_start(
     """Check the initial values that are known only at run time.
 
     These are initial values of pointers, references and interfaces, calculated values, and the
-    arguments of blocks. For a function or method they are put before its body. A block gets the
-    method `START` for them.
+    arguments of blocks. They become assignments. In a function or method these stand before its
+    body; a block gets the method `START` with them.
     """
     pou, statements = scope.pou, _Statements(scope, report)
     start = statements.block(starting(sections, scope))
@@ -81,7 +81,7 @@ def check_start(
         return
     if pou.block is None:
         pou.body = (*start, *pou.body)
-        if START in pou.words:  # of a list of globals
+        if START in pou.words:  # the POU holds the start of a list of globals
             scope.declarations.pous[pou.name.upper()] = pou
         return
     name = f"{pou.name}.{START.lower()}"
@@ -203,7 +203,9 @@ class _Statements:
             raise self._scope.error(f"{describe(target.type)} takes no arguments", node.at)
         instance = t.Deref(target, kind)
         calls = start_of(kind, instance, given or (), node.at, self._expressions)
-        made = t.Same("<>", target, t.Null(target.type), BOOL)  # 0 without memory
+        made = t.Same(
+            "<>", target, t.Null(target.type), BOOL
+        )  # `__NEW` returns 0 without free memory
         return [*found, t.If(((made, tuple(calls)),), (), node.at)]
 
     def _enabled(self, node: s.Assign | s.CallStatement) -> list[t.Statement] | None:
@@ -233,7 +235,7 @@ class _Statements:
         return [t.If(((condition, tuple(then)),), otherwise, node.at)]
 
     def _flag(self, argument: s.Argument | None, value: str) -> list[t.Statement]:
-        """Return the assignment of ENO to its target, if it has one."""
+        """Return the assignment of `value` to the target of `ENO => target`; empty without ENO."""
         if argument is None:
             return []
         literal = s.Literal("BOOLEAN", value, argument.at)
@@ -296,7 +298,7 @@ class _Statements:
         return target
 
     def _assign_part(self, to: s.Part, value: s.Expression, at: s.Position) -> t.Assign:
-        """Assign the whole variable, with one part of it changed.
+        """Return the assignment of a whole variable in which one part is replaced by a value.
 
         AND with a mask preserves the other bits, and OR adds the part, shifted to its place. For a
         single bit, SEL selects between both results, so that no conversion from BOOL is needed.
@@ -397,7 +399,7 @@ class _Statements:
         return [found_call, *behind]
 
     def _named(self, node: s.CallStatement) -> list[t.Statement]:
-        """Return the meaning of a name as a statement.
+        """Return the statements for a name without parentheses.
 
         An ACTION is called, and a property is read. Any other variable is not changed, so there is
         no statement. A method needs parentheses (compiler error C0130 of CODESYS and TwinCAT).
@@ -448,7 +450,8 @@ class _Statements:
         counter = self._target(node.counter)
         kind = counter.type
         if isinstance(kind, EnumType) and isinstance(counter, (t.Use, t.Member, t.Index, t.Deref)):
-            # The loop counts the number. No other node shows that the variable holds a member.
+            # The loop counts in the base type. No other node records that the counter is an
+            # enumeration, so the note is made here.
             self._scope.note("an enumeration as a number", node.counter.at)
             kind = ELEMENTARY[kind.base]
             counter = replace(counter, type=kind)
@@ -478,7 +481,7 @@ class _Statements:
         return self._expressions.converted(found_value, ELEMENTARY[type_name(kind)])
 
     def _step(self, node: s.Expression, kind: Type) -> t.Expression:
-        """Return the step of a FOR. A counter without a sign may count down, too."""
+        """Return the step of a FOR. An unsigned counter may also have a negative step."""
         found = self._expressions.fold(node)
         value = found.value if found is not None and not found.typed else 0
         if isinstance(value, int) and value < 0 and INT_RANGE[type_name(kind)][0] == 0:
@@ -537,7 +540,8 @@ class _BlockCalls:
         """Type a call of a block instance.
 
         Raises:
-            InputError: not a block instance, arguments that do not fit, or a missing VAR_IN_OUT.
+            InputError: The variable is not a block instance, the arguments do not fit, or a
+                VAR_IN_OUT is missing.
         """
         instance = self._instance(node)
         declarations = self._scope.declarations
@@ -563,7 +567,9 @@ class _BlockCalls:
         return t.CallBlock(instance, block, tuple(inputs), tuple(in_outs), tuple(outputs), node.at)
 
     def base(self, node: s.CallStatement) -> t.CallBase:
-        """Type `SUPER^()`.
+        """Type a call of the base block's body, `SUPER^()`.
+
+        The base block gets the same VAR_IN_OUT as the derived block. A method does not know them.
 
         The base gets the VAR_IN_OUT of the derived block. In a method they are not known.
         """

@@ -80,7 +80,7 @@ class Statements(Transformer[Token, Any]):
 
     Attributes:
         uses: Constructs beyond the portable subset.
-        errors: Mistakes that the grammar does not find.
+        errors: Mistakes that the grammar accepts and the transformer finds.
         file: The file that is parsed.
         entries: The entries of VAR_CONFIG.
     """
@@ -151,7 +151,8 @@ class Statements(Transformer[Token, Any]):
         branches = nodes_of(rest, s.CaseBranch)
         if any(_is_text(label) for branch in branches for label in branch.labels):
             self.note("a CASE of texts", position_of(word))
-            if isinstance(selector, (s.Call, s.Invoke)):  # each label would call it again
+            # The condition of each label would call the function again.
+            if isinstance(selector, (s.Call, s.Invoke)):
                 text = "a CASE of texts needs a variable"
                 hint = "assign the result to a variable first"
                 at = position_of(word)

@@ -72,9 +72,9 @@ def folder() -> Path | None:
 
 
 def put(entry: Path, content: bytes) -> None:
-    """Write an entry, and remove the oldest entries of its kind, which is its suffix.
+    """Write an entry, and remove the oldest entries with the same suffix if there are too many.
 
-    Raise OSError if it cannot be written.
+    Each kind of entry has a suffix of its own. Raise OSError if the entry cannot be written.
     """
     _replace(entry, _signature(entry, content) + content)
     entries = sorted(entry.parent.glob(f"*{entry.suffix}"), key=lambda path: path.stat().st_mtime)
@@ -86,8 +86,8 @@ def content(entry: Path) -> bytes:
     """Return the content of an entry that `put` has written.
 
     Raises:
-        OSError: there is no such entry.
-        ValueError: another user has written it, or it is damaged.
+        OSError: There is no such entry.
+        ValueError: Another user has written the entry, or it is damaged.
     """
     found = entry.read_bytes()
     signature, rest = found[:_SIGNATURE_SIZE], found[_SIGNATURE_SIZE:]

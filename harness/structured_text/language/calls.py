@@ -34,7 +34,7 @@ def function_arguments(
         declared name.
 
     Raises:
-        InputError: arguments that do not fit.
+        InputError: The arguments do not fit.
     """
     node = without_true(node, pou.symbols)
     refuse_enabling(node, pou.symbols, scope)
@@ -93,7 +93,7 @@ def standard_arguments(
     """Return the arguments in the order of the pins, each with its (name, type).
 
     Raises:
-        InputError: arguments that do not fit.
+        InputError: The arguments do not fit.
     """
     refuse_enabling(node, (), scope)
     pins = list(signature.pins)
@@ -149,7 +149,7 @@ def block_arguments(node: s.CallStatement, block: BlockType, scope: Scope) -> di
     """Return the input and in-out arguments by upper-case pin name.
 
     Raises:
-        InputError: arguments that do not fit.
+        InputError: The arguments do not fit.
     """
     named = are_named(node, scope)
     pins = [pin for pin in block.variables if pin.section in ("VAR_INPUT", "VAR_IN_OUT")]
@@ -189,7 +189,7 @@ def block_arguments(node: s.CallStatement, block: BlockType, scope: Scope) -> di
 def are_named(node: s.Call | s.Invoke | s.CallStatement, scope: Scope) -> bool:
     """Return whether an argument is named.
 
-    An argument without a name belongs to the pin at its own place.
+    An unnamed argument belongs to the pin at the same position in the list.
     """
     named = [argument.name is not None for argument in node.arguments]
     if any(named) and not all(named):
@@ -197,7 +197,7 @@ def are_named(node: s.Call | s.Invoke | s.CallStatement, scope: Scope) -> bool:
     return any(named)
 
 
-#: The pins that every function and block has besides its own: they enable a call.
+#: Pins of every function and block in addition to the declared ones. They enable a call.
 ENABLING = ("EN", "ENO")
 
 
@@ -210,7 +210,8 @@ def enabling(
     ordinary pin.
 
     Raises:
-        InputError: `EN =>`, `ENO :=`, or one of them twice.
+        InputError: EN is an output (`EN =>`), ENO is an input (`ENO :=`), or one of them is given
+            twice.
     """
     found: dict[str, s.Argument] = {}
     for argument in node.arguments:
@@ -241,7 +242,9 @@ def without_true(node: s.Call, own: Collection[str]) -> s.Call:
 
 
 def refuse_enabling(node: s.Call | s.Invoke, own: Collection[str], scope: Scope) -> None:
-    """Raise InputError if a call that is not a statement of its own has EN or ENO.
+    """Raise InputError if a call inside an expression has EN or ENO.
+
+    If EN is FALSE, such a call has no value, and PLC tools differ in how they continue.
 
     If EN is FALSE, such a call has no value, and each tool continues with a different value.
     """

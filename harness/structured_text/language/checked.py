@@ -44,8 +44,8 @@ def load(paths: Sequence[Path]) -> Project:
     """Return a checked project that has a program to run.
 
     Raises:
-        InputError: the first mistake, with file, line and hint; or the program executes a body
-            in another language.
+        InputError: The sources have a mistake (the first is reported, with file, line and hint), or
+            the program executes a body in another language.
     """
     project, errors = analysed(paths)
     if project is None:

@@ -34,7 +34,10 @@ class Operating(Protocol):
     def binary(
         self, op: str, left: s.Expression, right: s.Expression, want: Type | None, at: s.Position
     ) -> t.Expression:
-        """Type an operator with two operands."""
+        """Type an operator with two operands.
+
+        `want` is the required type, `at` the position of the operator.
+        """
 
 
 class Referring(Protocol):
@@ -44,7 +47,7 @@ class Referring(Protocol):
         """Return the target of a reference; return any other variable unchanged."""
 
     def wanted(self, node: s.Expression, want: ReferenceType | InterfaceType) -> t.Expression:
-        """Type an expression at a place that requires a pointer, reference or interface."""
+        """Type an expression where a pointer, reference or interface is required."""
 
     def generic(self, node: s.Expression, want: StructType) -> t.Expression:
         """Type the argument of an input that is ANY."""
@@ -52,7 +55,7 @@ class Referring(Protocol):
     def compared(
         self, op: str, left: s.Expression, right: s.Expression, at: s.Position
     ) -> t.Expression | None:
-        """Type the comparison of pointers or interfaces; None if neither side is one."""
+        """Type the comparison of pointers or interfaces; return None for other operands."""
 
     def moved(
         self, op: str, left: s.Expression, right: s.Expression, at: s.Position
@@ -89,10 +92,10 @@ class Checking(Protocol):
         """Return the calls of methods and the names with a namespace."""
 
     def variable(self, node: s.Variable) -> t.Variable:
-        """Type a variable, member or element; a reference becomes its target."""
+        """Type a variable, member or element. A reference is replaced by its target."""
 
     def place(self, node: s.Variable) -> t.Variable:
-        """Type a variable, member or element; a reference remains a reference."""
+        """Type a variable, member or element. A reference is not replaced by its target."""
 
     def base(self, node: s.Variable | s.Call | s.Invoke) -> t.Variable:
         """Type the base of a member, element or method."""
@@ -104,7 +107,7 @@ class Checking(Protocol):
         """Type a variable that is written."""
 
     def infer(self, node: s.Expression) -> Type | None:
-        """Return the type of an expression by itself; None for untyped numbers."""
+        """Return the type that an expression has without its context; None for untyped numbers."""
 
     def check(self, node: s.Expression, want: Type | None) -> t.Expression:
         """Type an expression in the required type."""

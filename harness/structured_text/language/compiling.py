@@ -21,9 +21,9 @@ _T = TypeVar("_T")
 
 
 def deeply(work: Callable[[], _T]) -> _T:
-    """Return the result of `work`; repeat it on a large stack if the usual one is too small.
+    """Return the result of `work`; on a stack overflow, run `work` again on a larger stack.
 
-    Raise RecursionError if the large stack was too small, too.
+    Raise RecursionError if even the large stack is too small.
     """
     try:
         return work()

@@ -34,7 +34,7 @@ class ConditionError(Exception):
 
 
 class Conditions:
-    """The definitions and open conditions at a place of a source.
+    """The definitions and open conditions at the current position in a source.
 
     Args:
         note: A function that gets the undefined names that decide a condition.
@@ -55,14 +55,15 @@ class Conditions:
         """Return the offset where the text continues behind a pragma from `offset` to `end`.
 
         Raises:
-            ConditionError: the pragma has no {IF}, or its condition cannot be evaluated.
+            ConditionError: The pragma has no {IF}, or its condition cannot be evaluated.
         """
         word = word.upper()
         if word in ("DEFINE", "UNDEFINE"):
             self._define(word, rest)
             return end
         if word == "IF":
-            # After an error the first branch is read, so that its {END_IF} has an {IF}.
+            # If the condition cannot be evaluated, the entry stays. The {END_IF} then still finds
+            # its {IF}.
             self._open.append((offset, True))
             if self._is_true(rest):
                 return end
@@ -73,7 +74,7 @@ class Conditions:
         if word == "END_IF":
             self._open.pop()
             return end
-        # The branch before it has been taken, or this method would have skipped to a later one.
+        # {ELSIF} or {ELSE} behind a branch that has been read: the rest up to {END_IF} is skipped.
         return self._skipped(end, text)
 
     def _define(self, word: str, rest: str) -> None:

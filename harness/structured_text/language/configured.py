@@ -27,7 +27,7 @@ def configured_paths(
     """Return address and type of each variable in VAR_CONFIG, by its path.
 
     Raises:
-        InputError: no such variable, another type, or an address that does not fit.
+        InputError: The variable does not exist or has another type, or the address does not fit.
     """
     found: dict[str, tuple[str, Type]] = {}
     for entry, where in declarations.registry.entries:
@@ -39,7 +39,7 @@ def configured_paths(
 
 
 class _Entry:
-    """The resolution of one entry."""
+    """The data of one entry of VAR_CONFIG while its path is resolved."""
 
     def __init__(
         self,

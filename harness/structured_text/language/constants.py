@@ -1,7 +1,7 @@
 """Literals and constant expressions of the source, as values of a given type.
 
 An untyped literal has no type of its own. It is first read as LINT or LREAL, and `adapt` then gives
-it the type that its place requires. A typed constant must widen to that type.
+it the type that the context requires. A typed constant must widen to that type.
 """
 
 from __future__ import annotations
@@ -51,10 +51,10 @@ Lookup = Callable[[s.Expression], Constant | None]
 
 
 def literal(node: s.Literal, types: dict[str, Type], where: Declared) -> Constant:
-    """Return the value of a literal; untyped numbers are LINT or LREAL and not `typed`.
+    """Return the value of a literal; an untyped number is a LINT or LREAL.
 
     Raises:
-        InputError: malformed or out of its type's range.
+        InputError: The literal is malformed or out of its type's range.
     """
     if node.kind != "STRING" and "'" not in node.text and len(node.text) > _LONGEST:
         raise where.error(
@@ -102,7 +102,7 @@ def member(kind: EnumType, name: s.Name, where: Declared) -> Constant:
 
 
 def adapt(found: Constant, kind: Type, at: s.Position, where: Declared) -> Constant:
-    """Convert a constant to the type that its place requires, or raise InputError.
+    """Convert a constant to the type that the context requires, or raise InputError.
 
     An untyped integer fits every integer and bit string type that holds it (BOOL for 0 and 1). An
     untyped real fits REAL and LREAL. A typed constant must widen to the type. Integers where a REAL
@@ -160,7 +160,7 @@ def _retyped(found: Constant, kind: Type, at: s.Position, where: Declared) -> Co
 
 
 def _is_character(have: ElementaryType, kind: ElementaryType) -> bool:
-    """Return whether a text of one character stands for a character."""
+    """Return whether a STRING literal stands for a CHAR, or a WSTRING literal for a WCHAR."""
     return (have.name, kind.name) in (("STRING", "CHAR"), ("WSTRING", "WCHAR"))
 
 
@@ -242,7 +242,7 @@ _NAMED, _MEMBER = "a constant instead of a literal", "a member of an enumeration
 
 
 class NotConstantError(InputError):
-    """An expression is not constant at a place that requires a constant."""
+    """The error for an expression that is not constant where a constant is required."""
 
 
 def _member_or_variable(kind: EnumType, node: s.Name, where: Declared) -> Constant:
@@ -271,7 +271,7 @@ def evaluate(
         detail: The role of a named constant here, for the note on portability.
 
     Raises:
-        InputError: not constant.
+        InputError: The expression is not constant.
     """
     if isinstance(node, s.Literal):
         return literal(node, types, where)

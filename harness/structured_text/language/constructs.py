@@ -16,9 +16,9 @@ from structured_text.language.syntax import Position
 
 __all__ = ["CONSTRUCTS", "TRANSLATED", "Use", "refuse"]
 
-#: Constructs that the checker translates to nodes which `prove` supports: their names, and what to
-#: write instead in a portable program. `prove` itself refuses the types, conversions and
-#: functions that it does not support.
+#: Constructs that the checker translates to nodes which `prove` supports. Each has a name, and
+#: advice on what to write instead in a portable program. `prove` itself refuses the types,
+#: conversions and functions that it does not support.
 _TRANSLATED = {
     "a comment with // or /* */": "write (* ... *)",
     "a comment inside a comment": "end the outer comment first",
@@ -156,7 +156,8 @@ CONSTRUCTS = _TRANSLATED | {
     "pins as VAR_IN_OUT": "copy them to a variable first",
 }
 
-#: Advice on the construct to write instead, if a detail of a construct needs other advice.
+#: Other advice on what to write instead, for details to which the advice on their construct does
+#: not apply.
 _DETAILS = {
     "a constant instead of a literal (a member of an enumeration)": (
         "declare the other operand, or the target, as that enumeration"
@@ -166,7 +167,7 @@ _DETAILS = {
 
 @dataclass(frozen=True)
 class Use:
-    """A construct at one place of the sources; `detail` describes the occurrence."""
+    """A construct at a position in the sources; `detail` describes the occurrence."""
 
     construct: str
     file: Path
@@ -188,7 +189,7 @@ def refuse(uses: Iterable[Use], tool: str, carried: Collection[str] = ()) -> Non
     `carried` are the names of the supported constructs.
 
     Raises:
-        InputError: the program has an unsupported construct; the first is named.
+        InputError: The program has an unsupported construct. The message names the first one.
     """
     left = [one for one in uses if one.construct not in carried]
     if left:

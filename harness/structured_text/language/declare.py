@@ -95,7 +95,7 @@ class Declarations(Types):
     # --- variables ---
 
     def externals(self, block: BlockType) -> frozenset[str]:
-        """Return upper-case names of the globals that a block and its blocks use."""
+        """Return the upper-case names of the globals that a block and the blocks inside it use."""
         names = set()
         for variable in block.variables:
             if variable.section == "VAR_EXTERNAL":
@@ -168,7 +168,10 @@ class Declarations(Types):
             where.note("a block in a function", where.node.name.at)
 
     def add_globals(self) -> None:
-        """Declare the globals of the CONFIGURATION and of lists, then VAR_EXTERNAL."""
+        """Declare the globals of the CONFIGURATION and of lists.
+
+        Then resolve each VAR_EXTERNAL to its global.
+        """
         configuration = self.registry.configuration
         if configuration is not None and isinstance(configuration.node, s.Configuration):
             for section in configuration.node.globals:
@@ -363,8 +366,8 @@ class Declarations(Types):
     ) -> Type | None:
         """Return the type of an ARRAY [*] parameter; None for other variables.
 
-        A VAR_IN_OUT can be one, and a VAR_INPUT of a function or method. Such an input is neither
-        copied nor written.
+        A VAR_IN_OUT can have such a type. So can a VAR_INPUT of a function or method; this input is
+        neither copied nor written.
         """
         places: tuple[str, ...] = ("VAR_IN_OUT",)
         if pou in ("FUNCTION", "METHOD"):
@@ -554,7 +557,8 @@ class Scope:
         if known is None:
             known = self.declarations.global_symbol(key)
             assert known is not None
-            self.pou.symbols[f" {key}"] = known  # no name of a source has a blank
+            # The blank avoids a clash, because names in sources contain no blank.
+            self.pou.symbols[f" {key}"] = known
         return known
 
 

@@ -1,8 +1,8 @@
 """Dialects: the rules of computation in which PLC tools differ, from the table `dialects.toml`.
 
 The paths of the sources contain the dialect (`source.in_dialect`), because all commands pass a
-program, its copies and its library as paths. For other paths the environment variable decides,
-which `--dialect` sets.
+program, its copies and its library as paths. For a path without a dialect the environment variable
+decides; `--dialect` sets it.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ __all__ = [
 IEC = "iec"
 #: Name of the dialect of the tools that compile with matiec.
 MATIEC = "openplc"
-#: The table of all differences.
+#: The file with the table of all differences.
 TABLE = Path(__file__).with_name("dialects.toml")
-#: The environment variable for the dialect of sources that say none.
+#: The environment variable with the dialect of sources whose paths contain none.
 VARIABLE = "RCX_DIALECT"
 
 
@@ -66,21 +66,22 @@ class Row:
 
 @dataclass(frozen=True)
 class Dialect:
-    """The rules of a tool; the fields are the rules of `dialects.toml`, with the values there.
+    """The rules of a tool. Each field is a rule of `dialects.toml`, which explains the values.
 
     Attributes:
-        name: Its name, as `--dialect` takes it.
-        title: The tools.
-        time_unit: `s` or `ms`.
-        counters: `preset`, `unsigned` or `type`.
-        operands: `needed` or `both`.
-        integers: `own` or `dint`.
+        name: The dialect's name, as `--dialect` takes it.
+        title: The tools that compute in this dialect.
+        time_unit: The unit of a TIME or TOD as a number, `s` or `ms`.
+        counters: The limits of CV in CTU, CTD and CTUD, by `preset`, `unsigned` or `type`.
+        operands: Whether the right operand of AND and OR is evaluated if `needed`, or always
+            (`both`).
+        integers: The type of integer calculations: the operands' `own` type, or `dint`.
         text: Number of characters of a plain STRING.
-        notation: `digits` or `short`, the texts of the conversions to STRING.
-        real_by_zero: `stop` or `infinite`.
-        root: `stop`, `nan` or `absolute`.
-        pace: `scan`.
-        start: `declared`.
+        notation: `digits` or `short`, the form of a number that is converted to STRING.
+        real_by_zero: Whether a REAL divided by 0 makes the program `stop`, or is `infinite`.
+        root: The result of SQRT of a negative number: `stop`, `nan` or `absolute`.
+        pace: When a program without a task runs beside tasks; `scan` is in every scan.
+        start: The order of initialisation; `declared` is the order of declaration.
     """
 
     name: str
@@ -104,12 +105,12 @@ class Dialect:
 
     @property
     def is_standard(self) -> bool:
-        """Return whether it computes as the dialect of plain Structured Text does."""
+        """Return whether this dialect computes as the dialect of plain Structured Text does."""
         return self._is_like(IEC, "name", "title")
 
     @property
     def is_matiec(self) -> bool:
-        """Return whether matiec follows this dialect, apart from its known faults.
+        """Return whether matiec follows this dialect, apart from matiec's known faults.
 
         The rule for counters is one of these faults (`engines/matiec/faults.toml`).
         """
@@ -195,8 +196,8 @@ def using(name: str | None) -> Iterator[None]:
 def dialect_of(paths: Iterable[Path]) -> str:
     """Return the dialect of a program.
 
-    It is the dialect of the first source that has one, else the chosen dialect, else that of plain
-    Structured Text.
+    It is the dialect of the first source with a dialect, else the chosen dialect, else the dialect
+    of plain Structured Text.
     """
     said = (getattr(path, "dialect", "") for path in paths)
     return next(filter(None, said), "") or chosen() or IEC

@@ -54,7 +54,7 @@ _MILLISECOND = timedelta(milliseconds=1)
 
 
 class Part(NamedTuple):
-    """A plain variable inside a variable; `way` leads to it in the value of the whole."""
+    """A plain variable inside a variable; `way` has the indices and names that lead to it."""
 
     path: str
     type: Type
@@ -107,7 +107,7 @@ class Changed:
     """The values of watched variables, compared from scan to scan.
 
     Raises:
-        InputError: they have too many parts.
+        InputError: The watched variables have too many parts to be shown.
     """
 
     def __init__(self, watched: Mapping[str, Type]) -> None:
@@ -172,7 +172,10 @@ def _whole(text: str) -> str:
 
 
 def literal(value: Any) -> Any:
-    """Return a value in JSON's types: a moment as a literal, NaN and infinity as a word."""
+    """Return a value in JSON's types.
+
+    A duration or date becomes a literal; NaN and infinity become a word.
+    """
     if isinstance(value, str):
         return value if value.isascii() else _whole(value)
     if isinstance(value, timedelta):

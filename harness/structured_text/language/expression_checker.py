@@ -1,9 +1,9 @@
 """The checker of expressions: it gives every expression its type.
 
-Untyped numbers make this a problem of two directions. `X + 1` gets its type from X, but in
-`R := 1 / 3` only the target has a type. So `infer` first goes upwards and finds the type that the
-operands give; untyped numbers give none. Then `check` goes downwards with the type that the place
-requires, and gives it to the untyped numbers. An implicit conversion (`widening`) becomes an
+Untyped numbers make this a problem of two directions. `X + 1` gets its type from X, but in `R := 1
+/ 3` only the target has a type. So `infer` first goes upwards and finds the type that the operands
+give; untyped numbers give none. Then `check` goes downwards with the type that the context
+requires, and gives this type to the untyped numbers. An implicit conversion (`widening`) becomes an
 explicit call in the tree and is noted as not portable.
 """
 
@@ -93,7 +93,8 @@ class ExpressionChecker:
         """Type a variable, member or element; a reference becomes its target.
 
         Raises:
-            InputError: undeclared, no such member, or a wrong index.
+            InputError: The variable is not declared, the member does not exist, or an index is
+                wrong.
         """
         return self.references.followed(self.place(node))
 
@@ -137,7 +138,7 @@ class ExpressionChecker:
         return self._element(base, node)
 
     def _is_broken_global(self, node: s.Field) -> bool:
-        """Return whether it is a variable of a list, and its declaration has an error."""
+        """Return whether a name is a variable of a list of globals, declared with an error."""
         if not isinstance(node.base, s.Name) or self.is_variable(node.base):
             return False
         if node.name.key not in self.scope.declarations.broken:
@@ -172,7 +173,8 @@ class ExpressionChecker:
         """Type a variable that is written.
 
         Raises:
-            InputError: it cannot be written here: a constant, an output of a block, or a result.
+            InputError: The variable cannot be written here, because it is a constant, an output of
+                a block or a result.
         """
         known = not isinstance(node, s.Name) or self.scope.symbol(node.key) is not None
         if isinstance(node, s.Name) and not known and node.key in self.scope.registry.members:
@@ -303,10 +305,10 @@ class ExpressionChecker:
         return self.scope.error(f"{node.text} is not declared", node.at, _near(node.key, symbols))
 
     def _after_call(self, block: t.Pou, pin: Variable, node: s.Field) -> str | None:
-        """Return the variable that holds the value of a VAR_IN_OUT after the last call.
+        """Return the variable that holds a block's VAR_IN_OUT after the last call of the block.
 
-        matiec passes a VAR_IN_OUT by value and back, so a block keeps its last value. Other tools
-        refuse the access; the result is None there, and for arrays and structures.
+        matiec passes a VAR_IN_OUT by value and back, so a block keeps its last value. The result is
+        None in all other dialects, where the access is refused, and for arrays and structures.
         """
         scalar = isinstance(pin.type, (ElementaryType, EnumType))
         if not scalar or self.scope.registry.dialect.name not in ("iec", "openplc"):
@@ -416,7 +418,7 @@ class ExpressionChecker:
     # --- types ---
 
     def infer(self, node: s.Expression) -> Type | None:
-        """Return the type that an expression has by itself; None for untyped numbers."""
+        """Return the type that an expression has without its context; None for untyped numbers."""
         if id(node) not in self._inferred:
             self._inferred[id(node)] = self._infer(node)
         return self._inferred[id(node)]
@@ -479,7 +481,7 @@ class ExpressionChecker:
     def check(self, node: s.Expression, want: Type | None) -> t.Expression:
         """Type an expression, or raise InputError.
 
-        `want` is the type that its place requires; None allows any type.
+        `want` is the type that the context requires; None allows any type.
         """
         if isinstance(want, (ReferenceType, InterfaceType)):
             return self.references.wanted(node, want)
@@ -630,5 +632,5 @@ def _near(key: str, names: Iterable[str]) -> str:
 
 
 def _default(found: t.Constant) -> Type:
-    """Return the type of an untyped number if its place requires none."""
+    """Return the type of an untyped number if the context requires none."""
     return ELEMENTARY["LREAL" if isinstance(found.value, float) else "LINT"]

@@ -19,7 +19,7 @@ from structured_text.output.limits import MOST_BLOCKS, MOST_ELEMENTS, MOST_NESTE
 
 __all__ = ["Extents"]
 
-#: The number of characters of a STRING that count as one more element.
+#: Characters of a STRING that count as one element of the program's size.
 _CHARACTERS = 8
 _SHOWN = 60
 _HINT = "make arrays smaller, or declare fewer of them"
@@ -43,7 +43,7 @@ class _Extent(NamedTuple):
 
 
 class Extents:
-    """The sizes of all types of a project; `resolve.Types` uses it to refuse large ones."""
+    """The sizes of all types of a project; `resolve.Types` uses it to refuse large types."""
 
     def __init__(self) -> None:
         # By identity, because the comparison of large types takes long.
@@ -62,9 +62,9 @@ class Extents:
         _check(self._of(kind), name, where, at)
 
     def refuse(self, block: BlockType) -> None:
-        """Remember the stand-in for a block that is too large.
+        """Register an empty block in place of one that is too large.
 
-        Types that contain it are refused, too.
+        Types that contain the block are refused as well.
         """
         self._refused[id(block)] = block
 
@@ -74,7 +74,7 @@ class Extents:
         _check(self._whole([*blocks, *stored]), "the program", where, where.node.at)
 
     def make(self, length: int, where: Declared, at: Position) -> None:
-        """Count a list of initial values; raise InputError if all lists are too large."""
+        """Count a list of initial values; raise InputError if the lists together are too large."""
         if self._made > MOST_ELEMENTS:
             raise ConsequenceError("the arrays before this one are too many")
         self._made += length

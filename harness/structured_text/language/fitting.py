@@ -1,4 +1,4 @@
-"""Implicit conversions: the checker makes them explicit where a place requires another type."""
+"""Implicit conversions, which the checker makes explicit where another type is required."""
 
 from __future__ import annotations
 
@@ -89,7 +89,8 @@ class Fitting:
         """Return whether every operand of a calculation fits a type.
 
         The common type of the operands may be wider. Example: in `I := I + U` with INT and UINT,
-        the sum is a DINT. The INT gets its lower half, the same result as in either of the types.
+        the sum is a DINT. Its lower half, which the INT gets, is the same as in a calculation with
+        16 bits.
         """
         if isinstance(node, s.Unary) and node.op == "-":
             return self._leaves_fit(node.operand, want)
@@ -135,7 +136,7 @@ class Fitting:
 
     @staticmethod
     def _as(found: t.Expression, want: ElementaryType) -> t.Expression:
-        """Return a number as another type, without a check."""
+        """Return a number converted to another type, without a check that the type widens."""
         have = type_name(found.type)
         if have == want.name:
             return found

@@ -33,10 +33,11 @@ _MISSPELT = {
     "ENDREPEAT": "END_REPEAT",
     "ENDVAR": "END_VAR",
 }
-#: Tokens before the first word of a statement, and tokens behind it if it is a name.
+#: Tokens that may stand before the first word of a statement, and tokens that may follow the word
+#: if it is a name.
 _BEFORE = frozenset(("SEMICOLON", "THEN", "ELSE", "DO", "OF", "REPEAT", "END_VAR"))
 _BEHIND_NAMES = frozenset(("ASSIGN", "DOT", "LSQB", "COLON", "COMMA", "CARET", "LATCH"))
-#: Messages about jumps; there is one for each file.
+#: Messages about jumps. `one_for_all` merges those of a file into a single message.
 LABELS, _JUMP = "labels for jumps are not supported", " is not supported (jumps)"
 
 
@@ -92,7 +93,7 @@ def _joined(found: list[Token], file: Path, report: Callable[[InputError], None]
 
 
 def _named(found: list[Token], file: Path, report: Callable[[InputError], None]) -> list[Token]:
-    """Return the tokens with names in place of keywords that a declaration uses as names."""
+    """Return the tokens; keywords that a declaration uses as names become names."""
     result = list(found)
     declares = False
     for at, token in enumerate(found):

@@ -64,7 +64,7 @@ def _fit(pou: t.Pou, arguments: list[s.Argument], expressions: Checking) -> int:
         if not points:
             return 0
         total += points
-    # If two functions take the arguments, the function with fewer further inputs is chosen.
+    # If several functions take the arguments, the one with fewer unused inputs is chosen.
     return total * 100 - (len(pins) - len(arguments)) if total else 0
 
 

@@ -88,7 +88,8 @@ _OPERATORS = {
 _SHIFTS = ("SHL", "SHR", "ROL", "ROR")
 _SELECTIONS = ("SEL", "MUX", "MOVE")
 _JOINING = ("CONCAT", "INSERT", "REPLACE")
-#: Least length of their results in dialects with another length of a plain STRING than matiec's.
+#: Least length of the result of a function in `_JOINING`, in dialects in which the length of a
+#: plain STRING differs from matiec's.
 _JOINED = 255
 #: In CODESYS and TwinCAT these functions return the time since the start.
 _CLOCKS = ("TIME", "LTIME")
@@ -228,7 +229,7 @@ class Functions:
         """Type a call of a function of the sources.
 
         Raises:
-            InputError: arguments that do not fit.
+            InputError: The arguments do not fit.
         """
         given, sent = function_arguments(node, pou, self._scope)
         self._scope.pou.calls.add(pou.name.upper())
@@ -290,8 +291,8 @@ class Functions:
     def _converted(self, node: s.Call, want: Type | None) -> t.Expression:
         """Type a conversion.
 
-        The source may be named or of any type. `TRUNC_*` cuts a real. Others convert from or to
-        BCD.
+        The function may name the source type (`INT_TO_REAL`) or take any (`TO_REAL`). `TRUNC_*`
+        cuts off the decimals of a real. Conversions from and to BCD are included.
         """
         key = node.function.key
         code, cut, pair = bcd(key), truncation(key), conversion(key)
@@ -334,7 +335,7 @@ class Functions:
         return t.Standard(f"{have.name}_TO_{target}", (value,), result)
 
     def _moment(self, node: s.Call, op: str, left: str, right: str, result: str) -> t.Expression:
-        """Type `ADD_TOD_TIME` and the other functions of moments."""
+        """Type a function that stands for an operator on dates or durations, as `ADD_TOD_TIME`."""
         signature = Signature((("IN1", left), ("IN2", right)), (), result)
         (one, _), (other, _) = standard_arguments(node, signature, self._scope)
         first = self._expressions.check(one.value, ELEMENTARY[left])

@@ -36,7 +36,7 @@ def instantiated(sources: Sequence[s.Source]) -> list[s.Source]:
 
 
 class _Maker:
-    """A single pass over the sources; `instantiated` uses it."""
+    """The state while generic blocks are replaced by blocks with values; `instantiated` uses it."""
 
     def __init__(
         self, sources: Sequence[s.Source], generic: Mapping[str, tuple[int, s.Pou]]
@@ -46,7 +46,7 @@ class _Maker:
         self._errors: list[list[InputError]] = [[] for _ in sources]
 
     def sources(self) -> list[s.Source]:
-        """Return the sources with the made blocks behind the generic ones."""
+        """Return the sources, with the new blocks behind the generic blocks."""
         found: list[list[Any]] = [[] for _ in self._sources]
         for place, source in enumerate(self._sources):
             for node in source.declarations:
@@ -88,7 +88,7 @@ class _Maker:
         values = [_resolved(one, constants) for one in spec.generics]
         found = self._generic.get(last_name(spec.name))
         if found is None:
-            return spec  # the checker refuses it
+            return spec  # not a generic block of these sources: the checker reports it
         home, pou = found
         names = [name for one in _generic_names(pou) for name in one]
         if len(names) != len(values) or len(self._made) >= _MOST_MADE:
@@ -145,7 +145,7 @@ def _constants(sections: Sequence[s.Section]) -> dict[str, s.Init]:
 
 
 def _resolved(node: Any, constants: _Constants) -> Any:
-    """Return a value in which each constant of the POU around it is replaced by its value."""
+    """Return an expression with the constants of the surrounding POU replaced by their values."""
     if isinstance(node, s.Name):
         value = constants.get(node.key)
         return node if value is None else value

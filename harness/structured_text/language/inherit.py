@@ -180,7 +180,8 @@ class Inheritance:
     def _add_method(self, owner: _Owner, pou: Pou | None, node: s.Method, name: str) -> None:
         where, declarations = owner.where, self._declarations
         symbols: dict[str, Symbol] = {}
-        # Constants of the method, then those of its block, can be bounds and initial values.
+        # Bounds and initial values may use constants of the method and of its block. A constant of
+        # the method hides one of the block.
         declarations.local = ChainMap(symbols, {} if pou is None else pou.symbols)
         declarations.sections = [(section, where) for section in node.sections]
         for section in node.sections:
@@ -319,7 +320,7 @@ def _methods_of(node: s.Pou) -> Iterator[s.Method]:
 
 
 def _extends(method: Pou, inherited: Pou) -> bool:
-    """Return whether the inputs of an `INIT` begin with those of the base block's `INIT`.
+    """Return whether the inputs of an `INIT` begin with the inputs of the base block's `INIT`.
 
     The base block's `INIT` gets its arguments by position, so only their types must be the same. An
     `INIT` may leave out its result and the names of the standard parameters.

@@ -38,21 +38,21 @@ class Part:
 
 @dataclass(frozen=True)
 class Later:
-    """The place of an initial value inside a variable, and the parts found so far."""
+    """The position of an initial value inside a variable, and the parts found so far."""
 
     steps: tuple[tuple[int, ...] | s.Name, ...] = ()
     found: list[Part] = field(default_factory=list)
 
     def element(self, kind: ArrayType, position: int) -> Later:
-        """Return the place of the element at a position of the flat list."""
+        """Return the `Later` for the element at a position of the flat list."""
         return replace(self, steps=(*self.steps, indices_at(kind, position)))
 
     def member(self, name: s.Name) -> Later:
-        """Return the place of a member of a structure."""
+        """Return the `Later` for a member of a structure."""
         return replace(self, steps=(*self.steps, name))
 
     def takes(self, node: s.Init, kind: Type) -> bool:
-        """Add a part inside another variable if it can be assigned; return whether it was added."""
+        """Add the value of a part if it can be assigned; return whether it was added."""
         if not self.steps or isinstance(node, (s.ArrayInit, s.StructInit, s.Sequence)):
             return False
         self.found.append(Part(self.steps, node, kind))

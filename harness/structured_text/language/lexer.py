@@ -27,7 +27,7 @@ from structured_text.language.words import EXCEPTIONS, OBJECT_WORDS, Context, is
 
 __all__ = ["KEYWORDS", "PUNCTUATION", "Notes", "tokens"]
 
-#: Words that begin something that ends with END_ and the same word.
+#: Words that open a construct which ends with END_ and the same word.
 _GROUPS = (
     *("ACTION", "CASE", "CONFIGURATION", "FOR", "FUNCTION", "FUNCTION_BLOCK", "IF", "PROGRAM"),
     *("REPEAT", "RESOURCE", "STRUCT", "TYPE", "UNION", "VAR", "WHILE"),
@@ -87,7 +87,8 @@ _RESERVED = frozenset(
     [*_OF_CONFIGURATIONS, "STEP", "TRANSITION", "FROM", "EN", "ENO", "R_EDGE", "F_EDGE", "ACTION"]
 )
 
-#: Words of unsupported constructs, with the construct. They may still be used as names.
+#: Words that belong to unsupported constructs, with the names of the constructs. The words may
+#: still be used as names.
 _UNSUPPORTED = {
     **dict.fromkeys(
         ("STEP", "INITIAL_STEP", "END_STEP", "TRANSITION", "END_TRANSITION"),
@@ -96,7 +97,7 @@ _UNSUPPORTED = {
     "VAR_ACCESS": "access paths",
     **dict.fromkeys(("JMP", "GOTO"), "jumps"),
 }
-#: Tokens before a name that is declared or used: a word after them is this name.
+#: Tokens that are followed by a name. A word behind such a token is not a keyword.
 _BEFORE_NAMES = frozenset(
     (
         "DOT",
@@ -110,10 +111,10 @@ _BEFORE_NAMES = frozenset(
         "WORD",
     )
 )
-#: Text behind such a word if it is the keyword and not a variable of that name.
+#: Text behind a word of `_UNSUPPORTED` if the word is a keyword and not a variable.
 _MEANT = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_\x80-\uffff]", re.IGNORECASE)
 
-#: Text behind a word of exceptions that is the name of a variable.
+#: Text behind a word such as __TRY if the word is the name of a variable.
 _DECLARED = re.compile(r"\s*[:.,=]")
 _GIVEN = re.compile(r"\s*(?::=|=>)")
 _DECIMAL = re.compile(r"(?:^|#[-+]?)10#")
@@ -146,7 +147,8 @@ _PATTERN = re.compile(
     re.VERBOSE | re.IGNORECASE | re.ASCII,
 )
 
-#: Operators of C, and other signs that are none here, each with the operator that is meant.
+#: Operators of C and other signs without a meaning in Structured Text, each with the operator that
+#: is meant.
 _OF_C = {"==": "=", "!=": "<>", "&&": "AND", "||": "OR", "|": "OR", "!": "NOT", "%": "MOD"}
 _FOREIGN = {**_OF_C, "=!": "<>", "=<": "<="}
 _MEANT_KINDS = frozenset((*(PUNCTUATION.get(one, one) for one in _FOREIGN.values()), "ASSIGN"))
@@ -217,7 +219,7 @@ def tokens(text: str, file: Path, notes: Notes | None = None) -> Iterator[Token]
         LABEL, because only the text behind it distinguishes it from a statement.
 
     Raises:
-        InputError: characters without a meaning, if `notes` is None.
+        InputError: The text has characters without a meaning, and `notes` is None.
     """
     return _Lexer(text, file, notes).tokens()
 
@@ -375,7 +377,7 @@ class _Lexer:
         return self._starts[line] - 1 if line < len(self._starts) else len(self._text)
 
     def _keyword(self, word: str, behind: int) -> str:
-        """Return the kind of a word that is a keyword in some places."""
+        """Return the kind of a word that can be a keyword: the word itself, or IDENT."""
         if word in _OF_CONFIGURATIONS and not self._configuration:
             return "IDENT"
         if self._previous == "DOT":
@@ -404,7 +406,7 @@ class _Lexer:
         if "__" in word or word.endswith("_"):
             self._note("a name with __ or _ at its end", offset)
         elif word in ("EN", "ENO") and _GIVEN.match(self._text, behind):
-            pass  # a pin of a call; the checker notes it
+            pass  # EN and ENO are pins of a call here; the checker notes them
         elif word in _RESERVED or word in KEYWORDS - OBJECT_WORDS:
             self._note("a reserved word as a name", offset)
         if self._cases and self._previous in _BEFORE_LABEL:
@@ -504,7 +506,7 @@ class _Lexer:
 
 
 def _is_c_code(said: str) -> bool:
-    """Return whether a pragma contains C, which a tool would compile into the program.
+    """Return whether a pragma contains C code, which a tool would compile into the program.
 
     A pragma of a tool is a word with texts, or a list of attributes such as `A := 'x'; B := 'y'`.
     """

@@ -13,7 +13,7 @@ from structured_text.output.toml_files import check_keys, line_of, load_toml
 
 __all__ = ["Names", "names_of"]
 
-#: The folder of a library, and the file beside it.
+#: Name of a library's folder, and of the file beside the folder that describes the library.
 _FOLDER, _FILE = "lib", "library.toml"
 
 
@@ -22,7 +22,7 @@ class Names:
     """Properties of a library that are not in its source files.
 
     Attributes:
-        prefix: Prefix of the names of its types; empty for any name.
+        prefix: Prefix of the names of the library's types; empty if there is none.
         byte_image: Its array of BYTE for a process image; empty if there is none.
         word_image: Its array of WORD for a process image; empty if there is none.
         tested: Another engine with which its authors test it: `matiec`, or empty.

@@ -63,7 +63,7 @@ __all__ = [
 
 #: A function that parses one source.
 Read = Callable[[Path], s.Source]
-#: A function that sees the names known in a body, and its statements.
+#: A function that gets the names known in a body, and the statements of the body.
 Visit = Callable[[Scope, tuple[s.Statement, ...]], None]
 
 #: Priority of a task without PRIORITY, by the standard: the lowest, which runs last.
@@ -88,8 +88,8 @@ def configure(registry: Registry, declarations: Declarations) -> Schedule:
     Without a CONFIGURATION, one PROGRAM runs in every scan as `Main` (`_uncalled`).
 
     Raises:
-        InputError: more than one program to run without a CONFIGURATION, or a mistake in the
-            CONFIGURATION.
+        InputError: There is no CONFIGURATION and more than one program to run, or the CONFIGURATION
+            has a mistake.
     """
     declared = registry.configuration
     if declared is None:
@@ -228,8 +228,8 @@ def load(paths: Sequence[Path], read: Read | None = None) -> Project:
         The checked project.
 
     Raises:
-        InputError: the first mistake, with file, line and hint; or the program executes a body
-            in another language.
+        InputError: The sources have a mistake (the first is reported, with file, line and hint), or
+            the program executes a body in another language.
     """
     return not_executed(runnable(_whole(paths, read)), paths)
 
@@ -301,7 +301,7 @@ def read_file(path: Path) -> s.Source:
 def too_deep(paths: Sequence[Path], read: Read | None = None) -> InputError:
     """Return the error for sources that are nested too deeply for any stack.
 
-    It names the place with the deepest nesting.
+    The error has the line with the deepest nesting.
     """
     sources = [(read or read_file)(path) for path in paths]
     waiting: list[tuple[int, Path, s.Position, Any]]
@@ -385,7 +385,7 @@ def _check_size(before: Sequence[s.Source], source: s.Source) -> None:
 def first_errors(errors: list[InputError], most: int = MOST_MISTAKES) -> list[InputError]:
     """Return the first errors, up to a limit, and a note on the number of further errors.
 
-    Errors with the same place and text are one error.
+    Errors with the same position and text count once.
     """
     errors = list({str(error): error for error in errors}.values())
     more = len(errors) - most
@@ -416,7 +416,7 @@ def _causes(errors: list[InputError], sources: list[s.Source]) -> list[InputErro
         for node in source.declarations
         if isinstance(node, (s.Pou, s.TypeDecl)) and node.extends is not None
     }
-    for key in extended:  # a declaration inherits the wrong interface of its base
+    for key in extended:  # An error in a base also affects the declarations that extend the base.
         chain = [key]
         while chain[-1] in extended and extended[chain[-1]] not in chain:
             chain.append(extended[chain[-1]])

@@ -34,7 +34,7 @@ _WIDTHS = {letter: width for width, letter in _LETTERS.items()}
 #: Possible types of a leaf of a structure, in addition to integers and bit strings.
 _LEAVES = ("BOOL", "REAL", "LREAL")
 _WHOLE = re.compile(r"U?(SINT|INT|DINT|LINT)|BYTE|D?WORD|LWORD")
-#: Least size of the areas of a robot [bytes] (manual chapter 1, 4).
+#: Least size of a robot's input or output area [bytes] (manual chapter 1, 4).
 _AREA = 48
 
 
@@ -133,7 +133,7 @@ def _leaves(area: str, start: int, path: str, kind: Type) -> Iterator[Located]:
 
 
 def _placed(open_ones: list[_Open], found: list[Located]) -> Iterator[Located]:
-    """Yield the variables with an incomplete address at free places, in order."""
+    """Yield the variables with an incomplete address, in order, each at a free address."""
     taken = {(one.address[1].upper(), byte) for one in found for byte in _bytes_of(one)}
     large = [one for one in open_ones if (size_of(one.type) or 0) >= _AREA]
     small = [one for one in open_ones if one not in large]

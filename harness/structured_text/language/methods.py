@@ -139,13 +139,15 @@ class Methods:
         while isinstance(node, s.Field):
             parts.append(node.name.key)
             node = node.base
-            if len(parts) > MOST_LEVELS:  # a limit, as each part of a long path gets here
+            # Each step of a long path calls this method. Without the limit, the time would grow
+            # with the square of the length.
+            if len(parts) > MOST_LEVELS:
                 return False
         if not isinstance(node, s.Name) or self._scope.symbol(node.key) is not None:
             return False
         here = self._scope.block
         if here is not None and here.kind == "PROGRAM" and node.key == here.name.upper():
-            return not parts  # a program names its own parts with its name before them
+            return not parts  # inside a program, its name followed by a dot means its own variables
         name = ".".join([node.key, *reversed(parts)])
         return name in self._scope.registry.namespaces
 
@@ -234,7 +236,7 @@ class Methods:
         `value` says whether its result is used.
 
         Raises:
-            InputError: a method that cannot be called here, or arguments that do not fit.
+            InputError: The method cannot be called here, or the arguments do not fit.
         """
         callee = node.function if isinstance(node, s.Call) else node.callee
         found = self.called(callee)

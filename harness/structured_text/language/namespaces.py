@@ -53,8 +53,8 @@ def _renamed(source: s.Source, several: dict[str, list[str]]) -> s.Source:
 
 
 def _with_names(node: Any, names: dict[str, str]) -> Any:
-    """Return a node in which the names of the other namespace are replaced."""
-    if type(node) is tuple:  # a Position is a tuple, too
+    """Return a node in which each name in `names` has the suffix of its new name."""
+    if type(node) is tuple:  # this includes a Position
         return tuple(_with_names(one, names) for one in node)
     if isinstance(node, s.Name):
         suffix = names.get(node.key.rpartition(".")[2], "")

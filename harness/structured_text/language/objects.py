@@ -11,7 +11,7 @@ __all__ = ["EXIT", "INIT", "INIT_PARAMETERS", "START", "Objects"]
 #: library blocks begin with the same prefix: a search for them must not find this module.
 _BLOCK = "FB"
 INIT, START, EXIT = f"{_BLOCK}_init", f"{_BLOCK}_start", f"{_BLOCK}_exit"
-#: Number of standard parameters of an `INIT`, before its own.
+#: Number of the standard parameters of an `INIT`. Its other parameters follow them.
 INIT_PARAMETERS = 2
 
 

@@ -1,9 +1,10 @@
 """Operators: the type of their operands and of their result.
 
 `operand_type` selects the type that both operands are converted to. If both have a type, it is
-their common type (`widening.common`). If one is an untyped number, it gets the type of the other
-one, or a wider type if the number does not fit. If both are untyped, the place decides. Bit strings
-are calculated with as unsigned integers, and bitwise operations convert integers to bit strings.
+their common type (`widening.common`). If one operand is an untyped number, the number gets the type
+of the other operand, or a wider type if it does not fit. If both are untyped, the context decides.
+Bit strings are calculated with as unsigned integers, and bitwise operations convert integers to bit
+strings.
 """
 
 from __future__ import annotations
@@ -74,8 +75,8 @@ class Operators:
     def _check_common(self, one: Type, other: Type, at: s.Position) -> None:
         """Refuse a pair of integer types without a common type.
 
-        These are ULINT and a signed type: neither holds the other. Raise InputError if there is no
-        common type.
+        These are ULINT and a signed type, because neither holds all values of the other. Raise
+        InputError if there is no common type.
         """
         a, b = type_name(one), type_name(other)
         if a in INT_RANGE and b in INT_RANGE and not common(a, b):
@@ -157,7 +158,10 @@ class Operators:
         return self._negative(negative, node, want) if self.is_short(kind) else negative
 
     def _negative(self, short: t.Expression, node: s.Unary, want: Type | None) -> t.Expression:
-        """Return the negative of an integer, calculated as a DINT."""
+        """Return the negative of a short integer, calculated as a DINT.
+
+        `short` is the same operation in the integer's own type.
+        """
         long = t.Unary("-", self.lengthened(node.operand), DINT)
         return self._shortened(long, short, want, node)
 
@@ -175,7 +179,8 @@ class Operators:
         """Type an operator with two operands; `at` is the position of the operator.
 
         Raises:
-            InputError: operands of different types, or of a type it is not defined for.
+            InputError: The operands have different types, or a type that the operator is not
+                defined for.
         """
         references = self._expressions.references
         if op in COMPARISONS:
@@ -214,7 +219,7 @@ class Operators:
         return self._shortened(long, found, want, s.Binary(op, left, right, at))
 
     def is_short(self, kind: Type) -> bool:
-        """Return whether the dialect calculates with an integer type as with a DINT."""
+        """Return whether an integer type is shorter than DINT, and calculated as a DINT here."""
         name = type_name(kind)
         return (
             self._scope.registry.dialect.integers == "dint"
@@ -242,10 +247,10 @@ class Operators:
     def _shortened(
         self, long: t.Expression, short: t.Expression, want: Type | None, node: s.Expression
     ) -> t.Expression:
-        """Return a DINT in the type that its place requires.
+        """Return a DINT in the type that the context requires.
 
-        `short` is the same calculation in the type of its operands. It decides whether the place
-        takes the result.
+        `short` is the same calculation in the type of its operands. It decides whether the context
+        accepts the result.
         """
         kind = short.type
         assert isinstance(kind, ElementaryType)

@@ -39,7 +39,7 @@ def overload(node: _Node, methods: dict[str, t.Pou], expressions: Checking) -> t
     """Return the overload for the arguments of a call, and the call with its arguments.
 
     Raises:
-        InputError: There is none for these types.
+        InputError: There is no overload for the types of the arguments.
     """
     first, sample = next(iter(methods.items()))
     inputs = list(sample.section("VAR_INPUT"))

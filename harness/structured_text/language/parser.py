@@ -48,7 +48,8 @@ __all__ = [
     "read_text",
 ]
 
-#: Name of the POU that a `.var` file of Automation Studio is read as: it has sections without one.
+#: Name of the POU for a `.var` file of Automation Studio, which has sections of variables without a
+#: POU.
 SHELL = "_VARIABLES"
 #: Marker among the access words of a block that extends two blocks.
 TWO_BASES = "EXTENDS TWO"
@@ -80,7 +81,8 @@ def _names_of(tokens: Iterable[Token]) -> tuple[s.Name, ...]:
 class _Detailed:
     """A type name with a parenthesis behind it, as in `INT (0..5)` or `Drive(Axis := 1)`.
 
-    The meaning of the parenthesis depends on the place. The grammar cannot decide that.
+    The meaning of the parenthesis differs inside and outside a TYPE, which the grammar does not
+    distinguish.
     """
 
     name: s.Name
@@ -181,7 +183,7 @@ class _Builder(Statements):
         return s.ArraySpec(nodes_of(rest, s.Range), self._plain(rest[-1]), position_of(array))
 
     def _plain(self, spec: Any) -> Any:
-        """Return the meaning of a type outside of a TYPE declaration."""
+        """Return a type outside a TYPE; a parenthesis behind the name has initial arguments."""
         return spec.of_variable() if isinstance(spec, _Detailed) else spec
 
     def open_dimension(self, star: Token) -> s.Range:
@@ -290,7 +292,7 @@ class _Builder(Statements):
         return self.block(word, words, name, None, rest[place], *others)
 
     def _after_generics(self, rest: tuple[Any, ...], word: str) -> int:
-        """Return the place behind the first sections, which must be those of generic constants."""
+        """Return the index behind the first sections, which must be those of generic constants."""
         place = next(k for k, one in enumerate(rest) if not isinstance(one, s.Section))
         for section in rest[:place]:
             if section.kind != "VAR_GENERIC":
@@ -497,7 +499,7 @@ class _Builder(Statements):
         )
 
 
-#: Attributes of an enumeration that matter here.
+#: Attributes of an enumeration that change how the checker treats it.
 _ATTRIBUTE = re.compile(r"attribute\s+'(strict|to_string)'")
 _ACCESS = frozenset(("PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL"))
 _START = Token("$START", "", 0, 1, 1)
@@ -564,7 +566,7 @@ def parse_portable(text: str, file: Path) -> s.Source:
     """Parse a source of the portable subset, without caching the result.
 
     Raises:
-        InputError: a syntax error, or a construct beyond the portable subset.
+        InputError: The text has a syntax error, or a construct beyond the portable subset.
     """
     source = _whole(read_text.__wrapped__(text, file))
     refuse(source.uses, "the portable subset")
@@ -644,7 +646,7 @@ def _named(
     for one in declarations:
         if isinstance(one, s.Namespace):
             continue
-        if isinstance(one, (s.Method, s.Property)):  # behind the POU that it belongs to
+        if isinstance(one, (s.Method, s.Property)):  # it follows the POU that it belongs to
             if result and isinstance(result[-1], (s.Pou, s.Interface)):
                 result[-1] = replace(result[-1], members=(*result[-1].members, one))
             else:

@@ -52,8 +52,8 @@ def resolve(project: Project, path: str) -> Resolved:
     program instance or a global variable; `.member` and `[index, index]` follow.
 
     Raises:
-        InputError: no such variable (the message suggests similar names), an index out of range, or
-            a VAR_IN_OUT, which has no value outside a call.
+        InputError: There is no such variable (the message suggests similar names), an index is out
+            of range, or the variable is a VAR_IN_OUT, which has no value outside a call.
     """
     first, *parts = _split(path)
     found = _root(project, str(first))

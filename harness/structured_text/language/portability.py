@@ -38,7 +38,7 @@ _RESERVED_SINCE_2013 = (
     | {"CHAR", "CLASS", "CONTINUE", "END_CLASS", "LDATE", "LDATE_AND_TIME", "LDT", "LTIME", "LTOD"}
     | {"LTIME_OF_DAY", "NULL", "OVERLAP", "REF", "USTRING", "WCHAR"}
 )
-#: Greatest number of blocks in one declaration. With three, matiec crashes.
+#: Greatest number of blocks in one declaration of variables. With three, matiec crashes.
 _MOST_BLOCKS = 2
 
 

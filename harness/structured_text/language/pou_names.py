@@ -1,4 +1,4 @@
-"""The name and the place of a POU as a text: `__POUNAME()` and `__POSITION()`.
+"""The operators `__POUNAME()` and `__POSITION()`: the name and the position of a POU as a text.
 
 Both are operators of CODESYS and TwinCAT. Their results are known when a source is read, so each
 call becomes a literal. Inside a GET or SET the name of the property and of the accessor follow the
@@ -30,7 +30,7 @@ _HEADS = frozenset(("WORD", "FINAL", "ABSTRACT"))
 def with_names(found: list[Token], file: Path, uses: list[Use]) -> list[Token]:
     """Return the tokens of a source with literals instead of the calls of both operators.
 
-    `uses` receives a note of each. A list of global variables is named after its file.
+    `uses` receives a note for each call. A list of global variables is named after its file.
     """
     if not any(token.type == "IDENT" and token.upper() in _OPERATORS for token in found):
         return found

@@ -34,8 +34,8 @@ _UNARY = 9
 def expression_text(node: s.Expression | t.Expression, within: int = 0) -> str:
     """Return a parsed or checked expression as Structured Text.
 
-    The text gets parentheses if it is an operand of an operator whose precedence `within` is
-    higher.
+    `within` is the precedence of the operator around the expression. If it is higher, the text gets
+    parentheses.
     """
     if isinstance(node, (s.Binary, t.Binary)):
         strength = _STRENGTH[node.op]

@@ -72,7 +72,8 @@ _DECLARATIONS = (
     "CONFIGURATION",
 )
 _DECLARATION_ENDS = frozenset(f"END_{word}" for word in _DECLARATIONS)
-#: Words that begin a section of variables, a statement, and words that end a part of a POU.
+#: Words that begin a section of variables, words that begin a statement, and words that end a part
+#: of a POU.
 _SECTIONS = frozenset(word for word in KEYWORDS if word.startswith("VAR"))
 _STATEMENTS = frozenset(("IF", "CASE", "FOR", "WHILE", "REPEAT", "EXIT", "RETURN"))
 _PART_ENDS = ("END_METHOD", "END_ACTION", "END_PROPERTY", "END_GET", "END_SET")
@@ -157,7 +158,7 @@ class _Run:
         """Report = in place of :=, or a missing THEN, DO or OF, and continue as if it were right.
 
         Returns:
-            The index of the token that comes next; -1 if the mistake is another one.
+            The index of the token that comes next; -1 if the mistake is of another kind.
         """
         if not 0 < at < len(self._found):
             return -1
@@ -198,7 +199,7 @@ class _Run:
         """Report a mistake that has one evident repair, and continue behind it.
 
         Returns:
-            The index of the token that comes next; -1 if the mistake is another one.
+            The index of the token that comes next; -1 if the mistake is of another kind.
         """
         feed = self._state.feed_token
         follows = self._found[at + 1].type if at + 1 < len(self._found) else ""
@@ -299,10 +300,10 @@ class _Run:
         return behind if behind >= 0 else self._ended_pou(token, at)
 
     def _ended_pou(self, token: Token, at: int) -> int:
-        """Report and end a POU or TYPE with another END, or with none before the next one.
+        """Report and end a POU or TYPE with the wrong END, or without an END before the next one.
 
         Returns:
-            The index of the token that comes next; -1 if the mistake is another one.
+            The index of the token that comes next; -1 if the mistake is of another kind.
         """
         begins = token.type in _DECLARATIONS and (
             at == 0 or at >= len(self._found) or self._found[at - 1].line != token.line
@@ -402,7 +403,7 @@ class _Run:
 
     @staticmethod
     def _ended(token: Token, before: Token) -> bool:
-        """Return whether there is a semicolon, or the place needs none."""
+        """Return whether there is a semicolon, or none is needed here."""
         return "SEMICOLON" in (token.type, before.type) or before.type in _NOTHING_BEFORE
 
     def _ends_here(self, token: Token, before: Token) -> bool:
@@ -412,7 +413,8 @@ class _Run:
         if _is_declaration(token, before) or before.type == "RETURN":
             return False
         if token.type == "COLON" or before.upper() in (*_INSTRUCTION_LIST, "JMP", "GOTO"):
-            return False  # a label, a jump or an instruction, which is not a name as a statement
+            # This is a label, a jump or an instruction, and not a statement without its semicolon.
+            return False
         return not self._ended(token, before)
 
     def _acceptable(self) -> set[str]:

@@ -80,7 +80,7 @@ class References:
         return t.Deref(base, _target(kind))
 
     def element(self, base: t.Variable, node: s.Index) -> t.Deref:
-        """Type `pointer[i]`: the element `i` places behind the target of the pointer."""
+        """Type `pointer[i]`: the element `i` positions behind the target of the pointer."""
         kind = base.type
         assert isinstance(kind, ReferenceType)
         if len(node.indices) != 1:
@@ -99,9 +99,9 @@ class References:
     # --- values for a pointer, reference or interface ---
 
     def wanted(self, node: s.Expression, want: ReferenceType | InterfaceType) -> t.Expression:
-        """Type an expression at a place that requires a pointer, reference or interface.
+        """Type an expression where a pointer, reference or interface is required.
 
-        Raise InputError if it has another type, or leads to another type.
+        Raise InputError if the expression has another type, or points to another type.
         """
         if is_null(node):
             return t.Null(want)
@@ -194,7 +194,7 @@ class References:
         )
 
     def _are_strangers(self, one: ReferenceType, other: ReferenceType) -> bool:
-        """Return whether two pointers lead to blocks of which neither extends the other."""
+        """Return whether two pointers lead to unrelated blocks: neither extends the other."""
         first, second = _target(one), _target(other)
         objects = self._scope.declarations.objects
         blocks = isinstance(first, BlockType) and isinstance(second, BlockType)
@@ -272,7 +272,8 @@ class References:
             The pointer, and the arguments for the `INIT` of a block, if the type has them.
 
         Raises:
-            InputError: no pointer, no type, or a count of blocks.
+            InputError: The result is not assigned to a pointer, the argument is not a type, or a
+                count of blocks is given.
         """
         self._scope.note("__NEW or __DELETE", node.at)
         if not isinstance(want, ReferenceType):
@@ -297,7 +298,8 @@ class References:
                 text = f"a count must be an integer, not a {describe(index)}"
                 raise self._scope.error(text, size.at)
             count = self._all.check(size, index)
-        self._scope.pou.clock = True  # the code needs the globals, which list these variables
+        # The generated code needs the global data, in which the new variables are listed.
+        self._scope.pou.clock = True
         found = t.New(kind, initial, count, ReferenceType("POINTER", kind))
         pou = self._scope.declarations.pous.get(kind.name.upper())
         if isinstance(kind, BlockType) and pou is not None and "ABSTRACT" in pou.words:
@@ -355,7 +357,7 @@ class References:
         elif not isinstance(kind, InterfaceType):
             text = f"{name} needs a variable of an interface, not a {describe(kind)}"
             raise self._scope.error(text, second.at)
-        every = self._scope.registry.dialect.name == "ax"  # each interface can be asked for
+        every = self._scope.registry.dialect.name == "ax"  # SIMATIC AX can query every interface
         for one, at in ((source.type, first.at), (asked, second.at)):
             if every:
                 break
@@ -408,7 +410,7 @@ class References:
         found = self._all.place(argument) if isinstance(argument, PLACES) else None
         passed = isinstance(found, t.Use) and found.symbol.section == "VAR_IN_OUT"
         if isinstance(found, t.Use) and found.symbol.passed:
-            return t.Constant(True, BOOL)  # the call has passed a variable or a value
+            return t.Constant(True, BOOL)  # The caller has passed a variable or a value.
         if found is None or not (passed or isinstance(found.type, ReferenceType)):
             text = "__ISVALIDREF needs a variable of REFERENCE TO, or a VAR_IN_OUT"
             hint = "compare a pointer or an interface with 0"
@@ -464,7 +466,7 @@ class References:
         """Type pointer + bytes and pointer - bytes.
 
         Raises:
-            InputError: another operator, or a pointer to a type without a known size.
+            InputError: The operator is not + or -, or the size of the target's type is unknown.
         """
         return self._moved(op, self._all.check(left, None), right, at)
 

@@ -271,7 +271,8 @@ class Registry:
                 if self.is_reachable(name) and last_name(name) in everything
             ]
             used = [one for name in used for one in self.overloads.get(name, [name])]
-            # Functions of one name may call each other: the arguments choose another one.
+            # A call from one overload to another is not a cycle: the types of the arguments choose
+            # the function.
             family = self.overloads.get(self.written_names.get(key, key).upper(), ())
             used = [one for one in used if one not in family]
             for name in used:
@@ -336,7 +337,7 @@ def _used(node: Any) -> Iterator[s.Name]:
             yield one.name
         elif kind in (s.Pou, s.TypeDecl) and one.extends is not None:
             space, _, name = one.extends.key.rpartition(".")
-            # `Drive EXTENDS Library.Drive` extends the other block of its name.
+            # In `Drive EXTENDS Library.Drive`, the base is another block with the same name.
             if not space or name != one.name.key:
                 yield one.extends
         elif kind is s.Call:
@@ -349,7 +350,7 @@ def _used(node: Any) -> Iterator[s.Name]:
 
 
 def _spans(size: int) -> Iterator[tuple[int, int]]:
-    """Return the beginning and end of every contiguous part of a sequence of names."""
+    """Yield the start and end index of every contiguous part of a sequence of this length."""
     return ((i, j) for i in range(size) for j in range(i + 1, size + 1))
 
 

@@ -57,7 +57,8 @@ from structured_text.output.limits import MOST_LEVELS
 __all__ = ["Types", "default_scalar", "fills", "is_null"]
 
 
-#: A pointer whose target is not resolved yet, with the names that are known at its declaration.
+#: A pointer with a target that is not resolved yet, and the names that are known at its
+#: declaration.
 _Unlinked = tuple[
     ReferenceType,
     s.TypeSpec,
@@ -67,7 +68,7 @@ _Unlinked = tuple[
 ]
 #: Sizes of integers [bits], with the letter of their types.
 _SIZES = ((8, "S"), (16, ""), (32, "D"), (64, "L"))
-#: Types of other languages, and those of IEC 61131-3 that are meant.
+#: Names of types in other languages, with the type of IEC 61131-3 that is meant.
 _OTHER_NAMES = {
     "BOOLEAN": "BOOL",
     "INTEGER": "INT",
@@ -622,7 +623,7 @@ class Types:
             later: Receives the parts that are not constant. If it is None, they are errors.
 
         Raises:
-            InputError: not constant, or not of the type.
+            InputError: The value is not constant, or does not have the type.
         """
         if isinstance(kind, (ElementaryType, EnumType)):
             if isinstance(node, (s.ArrayInit, s.StructInit, s.Sequence)):

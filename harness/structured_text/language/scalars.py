@@ -44,9 +44,10 @@ __all__ = [
     "within_real",
 ]
 
-#: The Python form of a scalar while a program runs: BOOL as bool, integers, bit strings and
-#: enumerations as int, REAL and LREAL as float, STRING, WSTRING, CHAR and WCHAR as str, TIME in ns,
-#: DATE and DT in ns since 1970-01-01, TOD in ns since midnight; LTIME, LDATE, LDT and LTOD alike.
+#: The Python form of a scalar while a program runs. BOOL is a bool. Integers, bit strings and
+#: enumerations are int. REAL and LREAL are float. STRING, WSTRING, CHAR and WCHAR are str. TIME is
+#: in ns, DATE and DT in ns since 1970-01-01, TOD in ns since midnight. LTIME, LDATE, LDT and LTOD
+#: have the same units.
 Scalar = bool | int | float | str
 
 WIDTH = {
@@ -174,7 +175,8 @@ def string_literal(text: str) -> str:
     In double quotes it is a WSTRING, with codes of four digits: `$00E4`.
 
     Raises:
-        LiteralError: an unknown escape, a character that the type does not have, or too many.
+        LiteralError: The literal has an unknown escape or a character outside its type, or is too
+            long.
     """
     wide = text.startswith('"')
     digits, largest, name = (4, 0xFFFF, "WSTRING") if wide else (2, 0xFF, "STRING")
@@ -212,8 +214,8 @@ def typed_literal(text: str) -> tuple[ElementaryType, Scalar]:
     """Return type and value of `WORD#16#FF`, `BOOL#1`, `T#1s500ms`, `TOD#12:00:00` etc.
 
     Raises:
-        LiteralError: the value is malformed or out of the type's range.
-        KeyError: the prefix is not an elementary type.
+        LiteralError: The value is malformed or out of the type's range.
+        KeyError: The prefix is not an elementary type.
     """
     prefix, _, rest = text.partition("#")
     kind = ELEMENTARY[_PREFIXES.get(prefix.upper(), prefix.upper())]

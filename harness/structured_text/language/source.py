@@ -36,13 +36,13 @@ _MARKS = {
     b"\xfe\xff": "UTF-16",
 }
 
-#: Added to the number of a line that is not in the file of its extract, but in its `project`.
+#: This number is added to the line of text that is not in the extract's file, but in its `project`.
 ELSEWHERE = 10_000_000
 
 
 @dataclass(frozen=True)
 class Line:
-    """A line of Structured Text and its place in the file that it was taken from.
+    """A line of Structured Text, and its position in the file from which it was taken.
 
     Attributes:
         text: The line without its line end.
@@ -87,7 +87,8 @@ class Extract(_AnyPath):
         title: Name for this source. It corresponds to the stem of a separate file.
         dialect: The dialect of the program (`language.dialects`); empty if the path says none.
         unread: The bodies that are missing in the text, because they are in another language.
-        project: File of the lines from `ELSEWHERE` on: the project, if the file is a replacing one.
+        project: The project file that the lines from `ELSEWHERE` on come from, if the extract's own
+            file replaces a body of the project. Otherwise empty.
     """
 
     lines: tuple[Line, ...] | None = None
@@ -114,14 +115,14 @@ class Extract(_AnyPath):
         return made
 
     def place(self, line: int) -> tuple[str, int]:
-        """Return the file, and the line in this file, for the line of a message."""
+        """Return the file and the line in this file for a line in an error about this source."""
         if self.project and line > ELSEWHERE:
             return self.project, line - ELSEWHERE
         return str(self), line
 
     def __eq__(self, other: object) -> bool:
         """Return whether path, dialect and lines are equal."""
-        if self is other:  # comparing and hashing all lines takes long, and is done often
+        if self is other:  # comparing all lines is slow, and paths are compared often
             return True
         return (
             super().__eq__(other)
@@ -199,7 +200,7 @@ def _narrow(content: bytes) -> str:
 
 
 def title_of(file: Path) -> str:
-    """Return the title of a source: that of an extract, or the stem of the file."""
+    """Return the title of an extract, or the stem of any other file."""
     return getattr(file, "title", "") or file.stem
 
 

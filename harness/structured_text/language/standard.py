@@ -116,7 +116,7 @@ _SECOND_EDITION = {
 _CLOCK = "HOUR:ANY_INT MINUTE:ANY_INT SECOND:ANY_INT MILLISECOND:ANY_INT"
 _DAY = "YEAR:ANY_INT MONTH:ANY_INT DAY:ANY_INT"
 
-#: Functions of the third edition, and functions of the second that are named after their types.
+#: Functions of the third edition, and functions of the second edition with a type in their name.
 _MORE = {
     "ATAN2": Signature((("Y", "T"), ("X", "T")), ANY_REAL, "T"),
     "CONCAT_DATE_TOD": _pins("IN1:DATE IN2:TOD", "DT"),
@@ -147,7 +147,7 @@ def _moment_operators() -> Iterator[tuple[str, tuple[str, str, str, str]]]:
     yield "SUB_LTIME", ("-", "LTIME", "LTIME", "LTIME")
 
 
-#: Functions that stand for an operator between a moment and a duration, moment or number.
+#: Functions that stand for an operator between a date or duration and a date, duration or number.
 MOMENT_OPERATORS = dict(_moment_operators())
 
 #: Functions of the second edition that few tools have.
@@ -162,7 +162,8 @@ _RARE = frozenset(
 UNSUPPORTED = frozenset(["SEMA", "RTC", "PID", "RAMP", "INTEGRAL", "DERIVATIVE", "HYSTERESIS"])
 
 _CONVERSION = re.compile(r"([A-Z_]+?)_TO_([A-Z_]+)")
-#: Pairs (source, target) of moments with a conversion. The types with a leading L are alike.
+#: Pairs (source, target) of dates and durations with a conversion. LTIME, LDATE, LDT and LTOD are
+#: treated like TIME, DATE, DT and TOD.
 _MOMENT_PAIRS = (
     *(("DT", "DATE"), ("DT", "TOD"), ("DATE", "DT"), ("TIME", "TOD"), ("TOD", "TIME")),
     *(("TIME", "DT"), ("DT", "TIME"), ("TIME", "DATE"), ("DATE", "TIME")),  # since 1970-01-01
@@ -173,9 +174,9 @@ def conversion(name: str) -> tuple[str, str] | None:
     """Return the (source, target) type names of a conversion such as `INT_TO_REAL`.
 
     Returns:
-        None if there is no such conversion: from a type to itself; between moments, except from
-        one that contains the other; between a character and a type that is neither an integer nor
-        a bit string nor a text; and BCD (see `bcd`).
+        None if there is no such conversion: from a type to itself; between dates and durations,
+            except for the pairs in `_MOMENT_PAIRS`; between a character and a type that is neither
+            an integer nor a bit string nor a text; and BCD (see `bcd`).
     """
     found = _CONVERSION.fullmatch(name)
     if found is None or found[1] not in ELEMENTARY or found[2] not in ELEMENTARY:

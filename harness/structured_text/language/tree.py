@@ -62,16 +62,16 @@ __all__ = [
 class Symbol:
     """A declared variable.
 
-    `section` is VAR, VAR_INPUT, VAR_OUTPUT, VAR_IN_OUT, VAR_TEMP, VAR_EXTERNAL, VAR_GLOBAL or,
-    for the variable that holds a function's result, RESULT. `initial` is the complete initial
-    value as returned by `resolve.Types.initial_value`. `source` is the key of the global variable
-    behind a VAR_EXTERNAL, if the two names differ. `addressed`: the program makes a pointer to the
-    variable. `started`: its declaration passes arguments to the block. `shared`: methods of the
-    block use this VAR_IN_OUT. `calculated`: its initial value is not constant; `parts` are the
-    parts of the initial value that are not constant. `retain`: it keeps its value over a warm
-    start. `area` is I, Q or M if the tool chooses the address (`%I*`). `access` is PRIVATE or
-    PROTECTED if only the block `owner` (upper case), or also those that extend it, may use it.
-    `passed`: it is a VAR_IN_OUT CONSTANT, which is passed by value.
+    `section` is VAR, VAR_INPUT, VAR_OUTPUT, VAR_IN_OUT, VAR_TEMP, VAR_EXTERNAL, VAR_GLOBAL or, for
+    the variable that holds a function's result, RESULT. `initial` is the complete initial value as
+    returned by `resolve.Types.initial_value`. `source` is the key of the global variable behind a
+    VAR_EXTERNAL, if the two names differ. `addressed` is true if the program makes a pointer to the
+    variable, `started` if its declaration passes arguments to the block, `shared` if it is a
+    VAR_IN_OUT that methods of the block use. `calculated` is true if its initial value is not
+    constant; `parts` are the parts of the initial value that are not constant. `retain` is true if
+    it keeps its value over a warm start. `area` is I, Q or M if the tool chooses the address
+    (`%I*`). `access` is PRIVATE or PROTECTED if only the block `owner` (upper case), or also those
+    that extend it, may use it. `passed` is true for a VAR_IN_OUT CONSTANT that is passed by value.
     """
 
     name: str

@@ -27,7 +27,7 @@ __all__ = [
 ]
 
 
-#: Sections of variables without a value of their own: it belongs to another variable.
+#: Sections of variables without storage of their own. Their value belongs to another variable.
 NO_STORAGE = ("VAR_IN_OUT", "VAR_EXTERNAL")
 
 
@@ -46,8 +46,8 @@ class ElementaryType:
 class EnumType:
     """An enumeration of integers of the type `base`.
 
-    `values` has one entry per member. If it is empty, the members count from 0. `attributes` are
-    those of its declaration that matter here: `strict` and `to_string`.
+    `values` has one entry per member. If it is empty, the members count from 0. `attributes` has
+    `strict` and `to_string`, as far as the declaration has these attributes.
     """
 
     name: str
@@ -72,7 +72,7 @@ class EnumType:
 class ArrayType:
     """An array type; `bounds` holds (lower, upper) per dimension, both inclusive.
 
-    `open` is true only for the type of a parameter; its bounds are those of the passed array.
+    `open` is true only for the type of a parameter that takes arrays with any bounds.
     """
 
     name: str
@@ -85,7 +85,7 @@ class ArrayType:
 class StructType:
     """A structure with its fields in order of declaration and names as declared.
 
-    `union` is true if all fields lie at the same place. `bits` are the upper-case names of the
+    `union` is true if all fields share the same memory. `bits` are the upper-case names of the
     fields of the type BIT: they are BOOL, but up to eight in a row share a byte.
     """
 

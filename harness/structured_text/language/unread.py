@@ -35,7 +35,10 @@ def not_executed(project: Project, paths: Iterable[object]) -> Project:
 
 
 def refusal(found: list[Unread]) -> InputError:
-    """Return the error for bodies that are needed; the first is named with its place."""
+    """Return the error for bodies that are needed.
+
+    It has the file and line of the first body.
+    """
     body = found[0]
     others = ", ".join(f"{one.name} ({one.language})" for one in found[1:])
     return InputError(

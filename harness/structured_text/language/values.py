@@ -125,7 +125,7 @@ def from_python(kind: Type, value: Any, path: str) -> Any:
         structure or block a dict of the given fields by declared name.
 
     Raises:
-        InputError: the value does not fit the type. Values are never wrapped or cut.
+        InputError: The value does not fit the type. Values are never wrapped or cut.
     """
     if isinstance(kind, EnumType):
         return _enumeration(kind, value, path)

@@ -41,7 +41,7 @@ _PLAIN = (
     ),
     *("tuple[InputError, ...]", "Type", "ReferenceType", "BlockType", "Symbol", "Pou"),
 )
-#: Names of declarations, callees and members. A `Variable` may be a name, too.
+#: Names of declarations, callees and members. Such a name may also be a `Variable`.
 _NAMES = ("Name", "Name | None", "tuple[Name, ...]", "tuple[Namespace, ...]")
 #: A statement of one of the trees.
 _One = TypeVar("_One", s.Statement, t.Statement)

@@ -94,11 +94,11 @@ def widening(source: str, target: str) -> str:
 
 
 def common(one: str, other: str) -> str:
-    """Return the type in which two types are calculated and compared, or an empty text.
+    """Return the type in which values of two types are calculated and compared, or an empty text.
 
-    The result is the type that the other one widens to. For a signed and an unsigned integer it is
-    the signed type that holds both. A bit string counts as the unsigned integer of its width. With
-    a REAL it is REAL.
+    If one type widens to the other, the result is the wider type. For a signed and an unsigned
+    integer it is the signed type that holds both. A bit string counts as the unsigned integer of
+    its width. A REAL and an integer give REAL.
     """
     if one == other:
         return one

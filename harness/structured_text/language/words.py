@@ -34,21 +34,23 @@ _FOLLOWS = {
 }
 OBJECT_WORDS = frozenset(_FOLLOWS)
 _HEADS = ("METHOD", "PROPERTY", "FUNCTION_BLOCK", "INTERFACE", "FUNCTION", "CLASS")
-#: Words before the access word of a section of variables.
+#: Words that may stand before the access word of a section of variables, as in `VAR CONSTANT
+#: PUBLIC`.
 _OF_SECTIONS = frozenset(
     (
         *("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_STAT", "VAR_TEMP", "VAR_GLOBAL"),
         *("CONSTANT", "RETAIN", "NON_RETAIN", "PERSISTENT"),
     )
 )
-#: Text behind an access word that is not a variable: nothing declares or uses a variable here.
+#: Text behind an access word if the word is not the name of a variable that is declared or used.
 _NOT_USED = re.compile(r"(?!\s*(?:[:.,\[;^=<>+*-]|\((?!\*)|/(?![/*])|AT\b))", re.IGNORECASE)
-#: A name behind an access word on the same line. Without it, `Final` in `METHOD Final` is a name.
+#: A name on the same line behind an access word. If it is missing, `Final` in `METHOD Final` is the
+#: name of the method.
 _NAME_FOLLOWS = re.compile(
     r"[ \t]+(?!(?:VAR\w*|END_METHOD|EXTENDS|IMPLEMENTS)\b)[A-Z_\x80-\uffff]\w*", re.IGNORECASE
 )
 
-#: Words behind VAR or another section word. Elsewhere they are names.
+#: Qualifiers behind VAR or another section word. Elsewhere these words are names.
 _QUALIFIERS = ("CONSTANT", "RETAIN", "NON_RETAIN", "PERSISTENT")
 #: Text that may follow a name, but not these keywords.
 _AS_NAME = re.compile(r"\s*(?::|\.(?!\.)|,|\[|\((?!\*)|=>)")

@@ -50,10 +50,10 @@ def bodies_of(source: s.Source) -> dict[str, s.Pou | s.Method]:
 
 
 def rechecked(checked: Checked, name: str, body: tuple[s.Statement, ...]) -> t.Pou:
-    """Return a POU with another body; a function need not set its result there.
+    """Return a POU with another body; the body of a function need not set the result.
 
     Raises:
-        InputError: the first mistake in the body.
+        InputError: The body has a mistake; the first one is reported.
     """
     scope = checked.scopes[name]
     pou = replace(scope.pou, body=())

@@ -1,4 +1,4 @@
-"""The verdict on mutants: outcomes that are still valid, and a run of the rest with progress.
+"""The verdicts on mutants, by saved outcomes that are still valid and by runs of the rest.
 
 The caller decides how and on which computer a mutant runs with its tests.
 """
@@ -19,13 +19,16 @@ from structured_text.output.results import Results
 
 __all__ = ["ENDLESS", "Judges", "Judging", "MutantTask", "Outcome", "is_outcome"]
 
-#: The `by` of a mutant that makes a run endless.
+#: The value of `by` for a mutant with which a test does not end.
 ENDLESS = "a test does not end"
 
 
 @dataclass(frozen=True)
 class MutantTask:
-    """A mutant and its tests; `seconds` is the time of the tests with the original."""
+    """A mutant and its tests.
+
+    `seconds` is the time that the tests take with the original program.
+    """
 
     mutant: Mutant
     tests: tuple[str, ...]
@@ -35,7 +38,10 @@ class MutantTask:
 
 @dataclass(frozen=True)
 class Outcome:
-    """The outcome of a mutant: killed by something, or survived; `seconds` is processor time."""
+    """The outcome of a mutant.
+
+    `by` names what has killed it. `seconds` is the processor time.
+    """
 
     task: MutantTask
     killed: bool
@@ -129,7 +135,10 @@ class Judging:
         )
 
     def _has_survived(self, task: MutantTask) -> bool:
-        """Return whether it survived an earlier run; such mutants take long, so they run last."""
+        """Return whether a mutant survived an earlier run.
+
+        Such a mutant takes long, because all its tests run. It is therefore run last.
+        """
         known = self.results.get(task.key)
         return known is not None and not known["killed"]
 
@@ -146,7 +155,7 @@ def _tests(by: str, task: MutantTask, judges: Judges) -> str:
 
 
 def _holds(known: Mapping[str, Any], task: MutantTask, judges: Judges) -> bool:
-    """Return whether an outcome of an earlier run is still valid with the tests as they are now."""
+    """Return whether the outcome of an earlier run is still valid with the present tests."""
     by = known["by"]
     if "::" in by and by not in task.tests:
         return False

@@ -34,14 +34,14 @@ class Mutant:
     """One mistake in one file.
 
     Attributes:
-        file: Its path relative to the repository.
+        file: The path relative to the repository.
         line: The line of the first change.
         before: The original text of the changed lines.
-        after: Their changed text; empty if they are removed.
+        after: The new text of these lines; empty if they are removed.
         text: The whole file with the mistake.
-        body: The statements of the POU with the mistake; None if a declaration is changed.
-        reach: The line of the innermost statement that contains the mistake. The mistake has an
-            effect only if that statement is executed. 0 for a declaration.
+        body: The statements of the POU with the mistake; None if the mistake is in a declaration.
+        reach: The line of the innermost statement that contains the mistake; 0 for a mistake in a
+            declaration. The mistake has an effect only if this statement is executed.
     """
 
     file: str
@@ -63,7 +63,7 @@ class Mutant:
 
 @dataclass
 class Counted:
-    """The number of changes that are not mutants: refused by the checker, or without effect."""
+    """The numbers of changes that are not mutants: refused by the checker, or without effect."""
 
     refused: int = 0
     equal: int = 0
@@ -76,7 +76,7 @@ class Mutants:
     Text is not a mutant.
 
     Raises:
-        InputError: a mistake in the sources.
+        InputError: The sources have a mistake.
     """
 
     def __init__(self, root: Path, library: Sequence[Path], *, portable: bool = True) -> None:
@@ -97,8 +97,8 @@ class Mutants:
     ) -> Iterator[Mutant]:
         """Yield the mutants of one file, in the order that `order` gives their changes.
 
-        Changes that the checker refuses are skipped. Changes whose compiled code equals that of the
-        original or of an earlier mutant are skipped, too.
+        Changes that the checker refuses are skipped. A change is also skipped if its compiled code
+        equals the code of the original or of an earlier mutant.
         """
         text = source_text(file)
         source = SourceText(text, file)
@@ -111,8 +111,8 @@ class Mutants:
     ) -> Iterator[Mutant]:
         """Yield the mutants of a POU.
 
-        A change is compared by its compiled code. If the code equals that of the original or of an
-        earlier change, no test could tell them apart.
+        A change is compared by its compiled code. If two changes have the same code, or a change
+        has the code of the original, no test could tell them apart.
         """
         text, pou = body.source.text, body.scope.pou.name
         path = _named(file, self._root)
@@ -152,7 +152,7 @@ class Mutants:
 
 
 class _Checker:
-    """The check and compilation of the one statement of a body that a change is in."""
+    """The check and compilation of a single statement of a body: the statement with the change."""
 
     def __init__(
         self, checked: Checked, name: str, body: Body, parsing: Callable[[str, Path], s.Source]
@@ -166,7 +166,7 @@ class _Checker:
         self._as_it_is = [self._code(index, (one,)) for index, one in enumerate(node.body)]
 
     def changed(self, edits: tuple[Edit, ...]) -> tuple[str, tuple[s.Statement, ...]]:
-        """Return the Python code of the changed statement, and the body with it.
+        """Return the Python code of the changed statement, and the body with this statement.
 
         The code is empty if it equals the original code. Raise InputError if the statement is not
         correct.
@@ -225,7 +225,7 @@ def _named(file: Path, root: Path) -> str:
 def in_rounds(
     found: Iterable[_Found], operator: Callable[[_Found], str], chance: Random
 ) -> list[_Found]:
-    """Return the items shuffled in rounds; each round has at most one item per operator."""
+    """Return the changes shuffled in rounds; each round has at most one change per operator."""
     kinds: dict[str, list[_Found]] = {}
     for one in found:
         kinds.setdefault(operator(one), []).append(one)
@@ -242,7 +242,7 @@ def mutant_of(
     edits: tuple[Edit, ...],
     body: tuple[s.Statement, ...] | None = None,
 ) -> Mutant:
-    """Return the mutant that edits make from the text of a file; other fields as in `Mutant`."""
+    """Return the mutant that edits of a file's text make; for other fields see `Mutant`."""
     start = min(edit.span.start for edit in edits)
     end = max(edit.span.end for edit in edits)
     lines = whole_lines(text, Span(start, end))

@@ -57,7 +57,7 @@ _RELATIONAL = {
     ">=": (">", "<"),
 }
 _ARITHMETIC = {"+": "-", "-": "+", "*": "/", "/": "*", "MOD": "/"}
-#: Words in names of functions that are easily confused.
+#: Words in names of functions that programmers easily confuse.
 _TWINS = {"SHL": "SHR", "SHR": "SHL", "LOW": "HIGH", "HIGH": "LOW"}
 _TWIN = re.compile("^SHL$|^SHR$|LOW|HIGH")
 _COUNTERS = ("SINT", "INT", "DINT", "LINT", "USINT", "UINT", "UDINT")
@@ -159,7 +159,7 @@ def _time_out(place: Place, body: Body) -> Iterator[Change]:
 def _dropped(place: Place, body: Body) -> Iterator[Change]:
     """Yield the removal of a statement.
 
-    The only statement of a branch stays in an `IF FALSE`, because a branch must not be empty.
+    The only statement of a branch moves into an `IF FALSE`, because a branch must not be empty.
     """
     node = place.node
     if isinstance(node, s.Assign):
@@ -235,7 +235,7 @@ def _swapped(place: Place, body: Body) -> Iterator[Change]:
 def _twin(function: str, body: Body) -> str | None:
     """Return the function that is easily confused with this one, or None.
 
-    Examples are SHR for SHL, and the function of the high word for that of the low word.
+    Examples are SHR for SHL, and the function for the high word for the function for the low word.
     """
     other = _TWIN.sub(lambda found: _TWINS[found[0]], function)
     if function in ("SHL", "SHR"):
@@ -245,7 +245,7 @@ def _twin(function: str, body: Body) -> str | None:
 
 
 def _value(argument: s.Argument, body: Body) -> Span:
-    """Return the span of a named argument's value with its parentheses."""
+    """Return the span of a named argument's value, including parentheses around the value."""
     assert argument.name is not None
     whole = body.source.span(argument)
     start = body.source.token_after(body.source.span(argument.name), "ASSIGN").end + 1
@@ -335,7 +335,7 @@ def _written_before(statements: tuple[Any, ...], node: s.Assign, key: str) -> bo
         elif isinstance(statement, (s.If, s.Case)):
             inner = next(branch for branch in bodies(statement) if _holds(branch, node))
             return _written_before(inner, node, key)
-        else:  # In a loop, statements after it may have run in an earlier round.
+        else:  # In a loop, later statements may have run in an earlier round.
             return True
     return True
 
@@ -354,7 +354,7 @@ def _writes(statement: Any, key: str) -> bool:
 _BITS = re.compile(r"(BYTE|WORD|DWORD)#16#([0-9A-F]+)", re.IGNORECASE)
 _TIME = re.compile(r"T#(\d+)(ms|s|m)", re.IGNORECASE)
 _TYPED_INTEGER = re.compile(r"(U?[SDL]?INT)#(\d+)", re.IGNORECASE)
-#: ErrorIDs of the library, docs/reference/errors.md.
+#: ErrorIDs of the library, see docs/reference/errors.md.
 _ERRORS = range(0x8000, 0x8100)
 
 
@@ -363,7 +363,7 @@ def constants(
 ) -> Iterator[tuple[str, Span, str]]:
     """Yield other values of a literal or a member of an enumeration.
 
-    `kind` is given if the place determines the type.
+    `kind` is the type that the context requires, if it requires one.
 
     Yields:
         The operator, the replaced span, and the new text.
@@ -420,7 +420,7 @@ def _typed(text: str) -> Iterator[tuple[str, str]]:
 
 
 def _pattern(value: int, width: int) -> Iterator[tuple[str, int]]:
-    """Yield other bit patterns: a mask is shifted by one place, a code is incremented."""
+    """Yield other bit patterns: a mask is shifted by one bit, any other value is incremented."""
     if value in _ERRORS and value != 0x8000:
         yield "error-id", value + 1
         return

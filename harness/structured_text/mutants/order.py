@@ -16,17 +16,17 @@ VARIABLE = "RCX_MUTANT_ORDER"
 
 @dataclass(frozen=True)
 class Order:
-    """The tests to run, and how.
+    """An order for a run of pytest: the tests to run, and how.
 
     Attributes:
         folder: A temporary folder for all files that the run writes.
-        tests: Identifiers of the tests, in their order. None: run all, and record what each
-            executes.
+        tests: Identifiers of the tests, in their order. If None, all tests run, and the code that
+            each of them executes is recorded.
         instead: The changed copies, by the resolved files that they replace.
-        port: The port to take further orders from; each runs in a copy of the process. 0: carry out
-            this order.
-        seconds: Limit for the processor time of such a copy.
-        sources: Files to read first.
+        port: The port on which to receive further orders, each for a copy of the process. If 0,
+            this order itself is executed.
+        seconds: Limit for the processor time of a copy.
+        sources: Source files to parse in advance.
     """
 
     folder: Path

@@ -36,7 +36,7 @@ class Reasons:
     A block may be a pattern with `*`, so that one row covers several blocks.
 
     Raises:
-        InputError: the file is not TOML, or a row is incomplete.
+        InputError: The file is not TOML, or a row is incomplete.
     """
 
     def __init__(self, file: Path) -> None:
@@ -55,7 +55,7 @@ class Reasons:
             self._reasons[row["block"], row["line"].strip(), row["becomes"].strip()] = row["reason"]
 
     def of(self, mutant: Mutant) -> str:
-        """Return the reason why a mutant survives; empty if the table has none."""
+        """Return the reason why a mutant survives; empty if the table has no row for the mutant."""
         for key, reason in self._reasons.items():
             if _fits(key, mutant):
                 self._used.add(key)
@@ -63,7 +63,7 @@ class Reasons:
         return ""
 
     def idle(self, killed: Sequence[Mutant]) -> list[str]:
-        """Return the rows of the table whose mutant was killed by a test."""
+        """Return the rows of the table that are obsolete, because a test kills their mutant."""
         idle = [key for key in self._reasons if key not in self._used]
         return [
             f"{key[0]}: {key[2]}" for key in idle if any(_fits(key, mutant) for mutant in killed)
@@ -93,8 +93,8 @@ def figures(
 ) -> dict[str, Any]:
     """Return the figures of a run.
 
-    `folder` returns the group of a file. In the POUs of `whole` all mutants were made, not a
-    sample.
+    `folder` returns the group of a file. `whole` has the POUs for which all mutants were made and
+    not only a sample.
     """
     survivors = [one.mutant for one in judged if not one.killed]
     rows = [
@@ -134,7 +134,7 @@ def _grouped(judged: Sequence[Judged], key: Any) -> dict[str, dict[str, Any]]:
 
 
 def write_rows(file: Path, survivors: Sequence[Mapping[str, Any]]) -> None:
-    """Write the survivors without a reason as rows for a table of reasons, each once."""
+    """Write the survivors without a reason as rows for a table of reasons, without duplicates."""
     rows = [
         "\n".join(
             (

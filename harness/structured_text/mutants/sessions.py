@@ -28,10 +28,10 @@ from structured_text.output.system import COPIES
 __all__ = ["Judge", "PytestCommand", "outcome"]
 
 _PYTEST = ("pytest", "py.test")
-#: Time limit of a run: this multiple of the time of its tests, plus this many seconds. Few runs
-#: reach it, because tests wait in virtual time and the engine ends an endless loop.
+#: The time limit of a run is a multiple of the time of its tests, plus a number of seconds. Few
+#: runs reach it, because tests wait in virtual time and the engine ends an endless loop.
 _SLOWER, _BESIDES_S = 10.0, 60.0
-#: Interval of the check whether a process that should connect has ended [s].
+#: Interval of the check whether a process has ended that has not connected yet [s].
 _LOOK_S = 0.2
 
 
@@ -40,7 +40,7 @@ class PytestCommand:
     """The user's test command, executed in the folder of the project.
 
     Attributes:
-        command: Words that end in a run of pytest.
+        command: The words of the user's command, which ends in a run of pytest.
         folder: The user's project.
     """
 
@@ -105,7 +105,7 @@ class Judge:
 
     @property
     def there(self) -> Path | None:
-        """Return the folder if this computer has it, else None for the default temporary folder."""
+        """Return the temporary folder if this computer has it; None stands for the system's own."""
         return self.base if self.base.is_dir() else None
 
     def prepare(self) -> Callable[[MutantTask], Outcome]:
@@ -162,7 +162,7 @@ class _Copies:
         return self._judge(task)
 
     def _done(self, order: Order) -> bool:
-        """Return whether the process has carried out the order."""
+        """Return whether the process has executed the order."""
         try:
             if self._lines is None and not self._given_up:
                 self._start()
@@ -176,7 +176,7 @@ class _Copies:
         return False
 
     def _start(self) -> None:
-        self._given_up = True  # overwritten when the process connects
+        self._given_up = True  # set to False when the process connects
         with socket.create_server(("127.0.0.1", 0)) as server:
             server.settimeout(_LOOK_S)
             folder = Path(mkdtemp(dir=self._judge.there))

@@ -1,4 +1,4 @@
-"""The tests of a user's project: the lines that each test executes, and the state of its files."""
+"""The tests of a user's project: the lines that each test executes, and the state of the files."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from structured_text.output.paths import real
 
 __all__ = ["Tests"]
 
-#: Kinds of files that tests may depend on, and folders that are not searched for them.
+#: Kinds of files that tests may depend on, and folders that are not searched for such files.
 _KINDS = {".py", ".st", ".toml", ".ini", ".cfg", ".json", ".jsonl", ".csv", ".yaml", ".yml", ".txt"}
 _FOREIGN = ("__pycache__", "node_modules", "out", "build", "dist", "site-packages")
 
 
 @dataclass
 class Tests:
-    """The tests that judge mutants, and their state.
+    """The tests that judge mutants, with hashes of the files that they depend on.
 
     Args:
         folder: The project; paths of mutated files are relative to it.
@@ -29,7 +29,7 @@ class Tests:
         ran: The lines of the statements that each test has executed, by file.
         seconds: Processor time of each test.
         listed: The lines of all statements of a file.
-        left_out: Files that are not part of the tests' state: the mutated files, and the files of
+        left_out: Files that do not count as files of the tests: the mutated files, and the files of
             results.
     """
 

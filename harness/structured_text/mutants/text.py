@@ -1,4 +1,4 @@
-"""The positions of syntax nodes in their file: from nodes of the syntax tree to offsets."""
+"""The positions of syntax nodes in the text of their file."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from structured_text.language.lexer import tokens
 
 __all__ = ["Edit", "SourceText", "Span", "edited", "whole_lines"]
 
-#: The first words of statements with an END.
+#: The first words of statements that end with END_ and the same word.
 _OPENING = ("IF", "CASE", "WHILE", "FOR", "REPEAT")
 
 
@@ -88,13 +88,13 @@ class SourceText:
         return self._span(index, index)
 
     def operands(self, node: s.Binary) -> tuple[Span, Span]:
-        """Return the spans of both operands, with the parentheses around each of them."""
+        """Return the spans of both operands, with the parentheses around each operand."""
         operator = self._at(node.at)
         first, last = self._range(node)
         return self._span(first, operator - 1), self._span(operator + 1, last)
 
     def operand(self, node: s.Unary) -> Span:
-        """Return the span of the operand with the parentheses around it."""
+        """Return the span of a unary operator's operand, with parentheses around the operand."""
         first, last = self._range(node)
         return self._span(first + 1, last)
 
@@ -169,7 +169,7 @@ class SourceText:
             elif kind.removeprefix("END_") in _OPENING:
                 depth -= 1
                 if depth == 0 and self._kind(index + 1) != "SEMICOLON":
-                    # Many tools accept a missing semicolon after END_IF and the like.
+                    # Many tools accept a missing semicolon behind END_IF and similar words.
                     return first, index
             elif kind == "SEMICOLON" and depth == 0:
                 return first, index

@@ -24,7 +24,7 @@ from structured_text.projects.sources import SourceFiles
 
 __all__ = ["UNREACHED", "UserMutants"]
 
-#: The `by` of a mutant that no test executes.
+#: The value of `by` for a mutant in code that no test executes.
 UNREACHED = "no test runs it"
 
 
@@ -32,7 +32,7 @@ class UserMutants:
     """The mutants of a program, and its tests.
 
     Raises:
-        InputError: sources that do not compile or are not ST files.
+        InputError: The sources do not compile or are not ST files.
     """
 
     def __init__(
@@ -119,7 +119,8 @@ class UserMutants:
             ) as name:
                 judge = Judge(self._run, real(name), tuple(self._all))
                 for task, outcome in farm.as_ready(judge, todo):
-                    yield replace(outcome, task=task)  # The farm returns a copy of the task.
+                    # The outcome has a copy of the task, which the farm has sent back.
+                    yield replace(outcome, task=task)
 
         judged = judging.of("mutants", tasks, tests, run)
         judged += [Judged(mutant, False, UNREACHED) for mutant in unreached]
@@ -142,7 +143,7 @@ class UserMutants:
     def _whole(
         judged: Sequence[Judged], tasks: Sequence[MutantTask], unreached: Sequence[Mutant]
     ) -> set[str]:
-        """Return the POUs if all mutants were run, else an empty set."""
+        """Return the names of the POUs if all mutants were run, else an empty set."""
         if len(judged) < len(tasks) + len(unreached):
             return set()
         return {one.mutant.pou for one in judged}

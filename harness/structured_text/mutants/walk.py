@@ -1,4 +1,4 @@
-"""The places of a POU that operators examine: each statement and expression, with its context."""
+"""The nodes of a POU that operators examine: each statement and expression, with its context."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from structured_text.mutants.text import SourceText
 
 __all__ = ["Body", "Place", "places", "statements"]
 
-#: Fields with the variable that a node writes, calls or selects a part of.
+#: Fields of nodes that contain a variable which the node writes, calls or takes a part of.
 _WRITTEN = ("callee", "counter", "base")
 
 
@@ -27,9 +27,10 @@ class Place:
 
     Attributes:
         node: A statement or an expression.
-        written: It is a variable that the statement assigns, or a block that it calls.
-        alone: It is the only statement of its branch.
-        denied: It is the operand of a NOT.
+        written: Whether the node is a variable that the statement assigns, or a block that it
+            calls.
+        alone: Whether the node is the only statement of its branch.
+        denied: Whether the node is the operand of a NOT.
     """
 
     node: Any
@@ -48,7 +49,7 @@ class Body:
         self._expressions = ExpressionChecker(scope)
 
     def type_of(self, node: Any) -> Type | None:
-        """Return the type of an expression; None if it has no type by itself."""
+        """Return the type of an expression; None if only the context gives it a type."""
         try:
             return self._expressions.infer(node)
         except InputError:

@@ -8,12 +8,12 @@ import sys
 
 __all__ = ["draws", "escaped", "quoted", "spare_no_character"]
 
-#: All characters that charts and tables use for drawing.
+#: All characters with which charts and tables draw lines.
 _DRAWN = "▁▂▃▄▅▆▇█▔╱╲─╳▲…●○"  # noqa: RUF001 - drawn lines
 
 
 def draws(encoding: str | None) -> bool:
-    """Return whether lines can be drawn in this encoding; otherwise charts use ASCII."""
+    """Return whether this encoding has characters for drawing lines; otherwise charts use ASCII."""
     try:
         _DRAWN.encode(encoding or "ascii")
     except (UnicodeEncodeError, LookupError):
@@ -28,7 +28,7 @@ def quoted(word: object) -> str:
 
 
 def escaped(text: str) -> str:
-    r"""Return foreign text with its unprintable characters written as `\x1b`.
+    r"""Return a text with its unprintable characters written as escapes, such as `\x1b`.
 
     Escape sequences could otherwise clear the reader's screen, or fake lines of output.
     """
@@ -38,7 +38,7 @@ def escaped(text: str) -> str:
 
 
 def spare_no_character() -> None:
-    r"""Make stdout and stderr write unknown characters as `\xe9`, `\u2022`."""
+    r"""Make stdout and stderr write characters outside their encoding as `\xe9`, `\u2022`."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
             stream.reconfigure(errors="backslashreplace")

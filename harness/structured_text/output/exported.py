@@ -1,4 +1,4 @@
-"""Recognition of exported files: commands must not take them for the user's sources."""
+"""Recognition of exported files, which commands must not take for the user's sources."""
 
 from __future__ import annotations
 
@@ -22,10 +22,11 @@ __all__ = [
     "resolved",
 ]
 
-#: Mark in the head of each file that is exported on its own.
+#: Mark at the beginning of a file that is exported on its own.
 MARK = f"Written by `{COMMAND} export`; change the sources, not this file."
 
-#: Name of the record in an export folder: the exported files and the digests of their contents.
+#: Name of the record in an export folder. It has the exported files and the digests of their
+#: contents.
 RECORD = f"{COMMAND}-export.json"
 
 _ABOUT = (
@@ -38,7 +39,8 @@ _Records = dict[Path, dict[str, str]]
 
 def release() -> str:
     """Return the version of this package; 0 for a copy that is not installed."""
-    from importlib.metadata import PackageNotFoundError, version  # slow, and rarely needed
+    # imported late, because it is slow and rarely needed
+    from importlib.metadata import PackageNotFoundError, version
 
     try:
         return version(DISTRIBUTION)
@@ -89,13 +91,16 @@ def resolved(files: Iterable[Path]) -> dict[Path, Path]:
 
 
 def own_output(files: Mapping[Path, Path]) -> set[Path]:
-    """Return the ST files that an export has written; `files` maps them to their resolved paths."""
+    """Return the ST files that an export has written.
+
+    `files` maps ST files to their resolved paths.
+    """
     known: dict[Path, _Records] = {}
     return {one for one, place in files.items() if _is_recorded(place, known) or is_marked(one)}
 
 
 def _is_recorded(file: Path, known: dict[Path, _Records]) -> bool:
-    """Return whether the record of a folder above a file names it.
+    """Return whether a folder above a file has a record that names the file.
 
     `known` is the cache of `_records`.
     """
@@ -104,7 +109,10 @@ def _is_recorded(file: Path, known: dict[Path, _Records]) -> bool:
 
 
 def _records(folder: Path, known: dict[Path, _Records]) -> _Records:
-    """Return the records of a folder and of those above it; `known` caches records already read."""
+    """Return the records of a folder and of the folders above it.
+
+    `known` caches the records that have been read.
+    """
     if folder not in known:
         above = _records(folder.parent, known) if folder.parent != folder else {}
         names = recorded(folder)

@@ -1,6 +1,6 @@
 """Atomic output: a command writes a file completely, or leaves the previous one unchanged.
 
-The new file is written beside its place, and then renamed.
+The new file is written in the folder of the previous one, and then renamed.
 """
 
 from __future__ import annotations
@@ -45,11 +45,12 @@ def replace_files(contents: Mapping[Path, bytes | str]) -> None:
 class NewFiles:
     """Files that are created before a long job and get their names after it; used in `with`.
 
-    The class never overwrites a file. If a file has appeared under the name meanwhile, it stays,
-    and the result gets a free name beside it. `hint` is for a file that already exists.
+    The class never overwrites a file. If another program has created a file of this name meanwhile,
+    the new file gets a free name in the same folder. `hint` is for the message about a file that
+    already exists.
 
     Raises:
-        InputError: a file already exists, is named twice, or cannot be written.
+        InputError: A file already exists, is named twice, or cannot be written.
     """
 
     def __init__(self, paths: Sequence[Path], hint: str = "name another one") -> None:
@@ -101,19 +102,21 @@ class NewFiles:
 
 
 class OutputFile:
-    """An output file that grows beside an existing file, and replaces it at the end.
+    """An output file with a temporary name; at the end it replaces an existing file.
 
     After an error the new file is removed, the previous one is unchanged, and further calls do
     nothing.
 
     Args:
-        path: The file; missing folders are created. A link stays a link, a device is written to.
+        path: The file; missing folders are created. If it is a link, the target of the link is
+            replaced. A device is written to directly.
         encoding: Encoding of text.
-        whole: Write beside the place even if no file is there.
-        new: Never replace a file: if one is there at the end, use a free name beside it.
+        whole: Use a temporary name even if the file does not exist yet.
+        new: Never replace a file. If the file exists at the end, use a free name in the same
+            folder.
 
     Raises:
-        InputError: the file cannot be written; all methods can raise it.
+        InputError: The file cannot be written; all methods can raise it.
     """
 
     def __init__(
@@ -129,7 +132,8 @@ class OutputFile:
         self._made: list[Path] = []
         self._place = self._written = Path(os.path.realpath(path))
         self._new = new
-        there = os.path.exists(self._place)  # opening it reports a name that is too long
+        # opening a file with a name that is too long reports this error
+        there = os.path.exists(self._place)
         regular = os.path.isfile(self._place) or not there
         self._open, self._made_file = True, False
         try:
@@ -165,7 +169,7 @@ class OutputFile:
                 raise self._failed(error) from None
 
     def finish(self) -> None:
-        """Write buffered data and close; the file is not yet in its place."""
+        """Write buffered data and close the file, without giving it its name."""
         self.flush()
         if self._file is not None:
             try:
@@ -175,7 +179,7 @@ class OutputFile:
             self._file = None
 
     def close(self) -> None:
-        """Write buffered data, and move the file to its place."""
+        """Write buffered data, and give the file its name."""
         self.finish()
         if self._open and self._written != self._place:
             try:
@@ -189,7 +193,7 @@ class OutputFile:
 
     @property
     def place(self) -> Path:
-        """Return the current or future path."""
+        """Return the path that the file has or will get."""
         return self._place
 
     @property
@@ -198,7 +202,7 @@ class OutputFile:
         return not self._open
 
     def discard(self) -> None:
-        """Remove the file, unless it is already in its place."""
+        """Remove the file, unless it already has its name."""
         if not self._open:
             return
         self._open = False
@@ -210,7 +214,7 @@ class OutputFile:
             if self._made_file:
                 self._written.unlink(missing_ok=True)
             for folder in reversed(self._made):
-                folder.rmdir()  # fails if others have put files there
+                folder.rmdir()  # fails if other programs have put files into the folder
 
     def _make_folders(self) -> None:
         folder = self._place.parent
@@ -232,7 +236,7 @@ def encoded(text: str, encoding: str = "utf-8") -> bytes:
 
 
 def _named_once(written: Path, place: Path) -> Path:
-    """Give a file its name, or a free one beside it, and return that name."""
+    """Give a file its name, or a free name in the same folder, and return the name."""
     for name in _names(place):
         with suppress(FileExistsError):
             try:
@@ -253,7 +257,7 @@ def _names(place: Path) -> Iterator[Path]:
 
 
 def _copy(written: Path, name: Path) -> None:
-    """Copy to a name that does not exist yet."""
+    """Copy a file to a name that does not exist yet."""
     data = written.read_bytes()
     with name.open("xb") as file:
         try:

@@ -1,8 +1,9 @@
 """The guard of a child process: it runs one program, and ends it when the parent ends.
 
-`structured_text.output.programs` starts this script, except on Windows. It imports almost nothing.
-It leads its own session. Its argument is the number of its end of a socket. When the parent has
-ended, no process holds the other end any more. Then the guard ends all processes of the session.
+`structured_text.output.programs` starts this script, except on Windows. The script imports few
+modules and leads a session of its own. Its argument is the number of one end of a socket. Only the
+parent has the other end, so the socket closes when the parent ends. Then the guard ends all
+processes of the session.
 """
 
 from __future__ import annotations
@@ -24,15 +25,16 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal
 def _main(parent: int, command: list[str]) -> NoReturn:
     try:
         _run(parent, command)
-    finally:  # also after an error in the guard
+    finally:  # this also runs after an error in the guard
         os.killpg(0, signal.SIGKILL)
-        os._exit(1)  # not reached
+        os._exit(1)  # not reached, because the signal also ends the guard
 
 
 def _run(parent: int, command: list[str]) -> None:
     """Run the program until the parent ends, then terminate it."""
     os.set_inheritable(parent, False)
-    for number in _SIGNALS:  # the program handles these signals, not its guard
+    # the guard ignores these signals, so that only the program handles them
+    for number in _SIGNALS:
         signal.signal(number, signal.SIG_IGN)
     ended, waking = os.pipe()
     os.set_blocking(waking, False)
@@ -58,7 +60,7 @@ def _run(parent: int, command: list[str]) -> None:
 
 
 def _say(parent: int, word: str) -> None:
-    with suppress(OSError):  # the parent may have ended
+    with suppress(OSError):  # the parent may have ended already
         os.write(parent, word.encode())
 
 
@@ -83,7 +85,7 @@ def _leave_with(pid: int) -> None:
     if -code != signal.SIGKILL:
         signal.signal(-code, signal.SIG_DFL)
     os.kill(os.getpid(), -code)
-    os._exit(1)  # the signal does not end a process
+    os._exit(1)  # if the signal does not end a process, exit with a code
 
 
 if __name__ == "__main__":

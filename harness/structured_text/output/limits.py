@@ -54,7 +54,8 @@ SOURCE = Kind("a source", 8 * _MEGABYTE, "divide it into several files")
 PROJECT = Kind("a project file", 128 * _MEGABYTE, "export only the part that is needed")
 #: TOML: robot, stimulus, properties, points, reasons.
 TABLE = Kind("a TOML file", 16 * _MEGABYTE, "divide it, or leave out what is not needed")
-#: Traces are read line by line, captures packet by packet: hours of them are some gigabytes.
+#: Traces are read line by line and captures packet by packet. Those of several hours have some
+#: gigabytes.
 TRACE = Kind("a trace", None)
 CAPTURE = Kind("a capture", None)
 #: Recordings of failed tests, results of campaigns, reports of earlier runs.
@@ -66,24 +67,24 @@ MOST_TOKENS = 2_000_000
 #: Bytes of one line of a trace or recording.
 MOST_LINE_BYTES = 16 * _MEGABYTE
 
-#: Elements of all variables of a program; language/extent.py says what counts.
+#: Elements of all variables of a program; language/extent.py defines how they are counted.
 MOST_ELEMENTS = 4_000_000
-#: Instances of function blocks in a program, including inner ones.
+#: Instances of function blocks in a program, including instances inside other blocks.
 MOST_BLOCKS = 200_000
-#: Length of a chain of types, functions, blocks and constants that use each other.
+#: Length of a chain of types, functions, blocks and constants in which each uses the next.
 MOST_LEVELS = 100
-#: Nesting depth of arrays, structures and blocks, also of unnamed ones.
+#: Nesting depth of arrays, structures and blocks, including types without a name.
 MOST_NESTED = 120
 #: Reported mistakes of one file, and of all files together.
 MOST_MISTAKES = 500
 
-#: Seconds that another tool (matiec, STruC++, a C compiler) may take for one program.
+#: Time for another tool (matiec, STruC++, a C compiler) to translate one program [s].
 MOST_TOOL_S = 900
 
-#: Elementary variables that are watched, and that a pattern examines.
+#: Number of elementary variables that can be watched, and number that a pattern examines.
 MOST_WATCHED = 100_000
 
-#: Time between the first and the last record of a trace or capture.
+#: Longest time between the first and the last record of a trace or capture.
 MOST_TRACE_US = 366 * 86_400_000_000
-#: Time of a recording that is replayed in cycles of 5 ms.
+#: Longest time of a recording that is replayed in cycles of 5 ms.
 MOST_REPLAYED_US = 24 * 3_600_000_000

@@ -1,8 +1,8 @@
 """External programs: compilers, capture tools, tests. Only this module starts them.
 
 No program outlives this process, whether Ctrl-C, SIGTERM, SIGHUP or SIGKILL ends it. The process
-`guard` between the two detects the end. A Python child that knows its parent ends with its standard
-input and needs no guard.
+`guard` between this process and the program detects the end. A Python child of this package ends
+when its standard input closes, so it needs no guard.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ _WORD = 16
 def environment(*, without: Iterable[str] = (), **changes: str) -> dict[str, str]:
     """Return the environment of this process for a child process.
 
-    Every changed environment of a child is made here. The child does not get the variables in
-    `without`; `changes` replace or add variables.
+    The child does not get the variables in `without`; `changes` replace or add variables. All
+    changed environments of child processes are made here.
     """
     left_out = set(without)
     inherited = {name: value for name, value in os.environ.items() if name not in left_out}
@@ -42,7 +42,7 @@ class Program(subprocess.Popen[Any]):
     killed.
 
     Raises:
-        OSError: It cannot be started.
+        OSError: The program cannot be started.
     """
 
     _line: socket.socket | None = None
@@ -61,23 +61,23 @@ class Program(subprocess.Popen[Any]):
                 super().__init__(guarded, pass_fds=[number], **how)
             said = ours.recv(_WORD)
         except BaseException:
-            ours.close()  # ends the guard if it has started
+            ours.close()  # closing our end of the socket ends a guard that has started
             raise
         self._line = ours
-        if said not in (b"0", b""):  # an empty answer means that the guard was killed
+        if said not in (b"0", b""):  # no answer means that the guard was killed
             with self:
                 pass
             raise OSError(int(said), os.strerror(int(said)), words[0])
 
     def send_signal(self, sig: int) -> None:
-        """Send a signal to the program and its child processes; SIGKILL ends the guard, too."""
+        """Send a signal to the program and its child processes; SIGKILL also ends the guard."""
         if self._line is None:
             super().send_signal(sig)
         elif self.poll() is None:
             end_apart(self.pid, number=sig)
 
     def __exit__(self, *raised: Any) -> None:
-        """Wait for its end."""
+        """Wait for the end of the program."""
         super().__exit__(*raised)
         if self._line is not None:
             self._line.close()
@@ -88,11 +88,11 @@ def run(
 ) -> subprocess.CompletedProcess[Any]:
     """Run a program to its end, and return what it has printed.
 
-    It is ended after `timeout` seconds.
+    After `timeout` seconds the program is ended.
 
     Raises:
-        OSError: It cannot be started.
-        subprocess.TimeoutExpired: It has not ended in time.
+        OSError: The program cannot be started.
+        subprocess.TimeoutExpired: The program has not ended in time.
     """
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     with Program(command, **{**pipes, **how}) as program:

@@ -1,4 +1,4 @@
-"""The progress of a long job: a bar on a terminal, otherwise a line now and then."""
+"""The progress of a long job: a bar on a terminal, otherwise a line at intervals."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _PATIENCE_S = 30.0
 def progress_bar(console: Console, clock: Callable[[], float] = time.monotonic) -> Progress:
     """Return a progress bar; without a terminal it prints a line each half minute.
 
-    Its tasks have a field `told` for further text. `clock` returns real time [s].
+    The tasks of the bar have a field `told` for further text. `clock` returns real time [s].
     """
     # Do not refresh in a thread, since the process may fork while the bar is shown.
     return _Progress(
@@ -40,14 +40,14 @@ def progress_bar(console: Console, clock: Callable[[], float] = time.monotonic) 
         TextColumn("{task.fields[told]}"),
         console=console,
         auto_refresh=False,
-        redirect_stdout=not console.stderr,  # stdout may be a file
+        redirect_stdout=not console.stderr,  # stdout may be redirected to a file
         get_time=clock,
     )
 
 
 class _SpeedColumn(ProgressColumn):
     def render(self, task: Task) -> Text:
-        """Return the speed: items in a second."""
+        """Return the speed in items per second."""
         return Text(_speed(task), style="progress.data.speed")
 
 
@@ -55,7 +55,10 @@ class _Progress(Progress):
     _told = 0.0
 
     def __enter__(self) -> _Progress:
-        """Return the bar; it is shown from the first task on that has items."""
+        """Return the bar.
+
+        It is shown as soon as a task has items.
+        """
         return self
 
     def add_task(self, description: str, *args: Any, **kwargs: Any) -> TaskID:
@@ -66,7 +69,10 @@ class _Progress(Progress):
         return number
 
     def stop(self) -> None:
-        """Stop the bar; the total of an uncounted task is now its number of completed items."""
+        """Stop the bar.
+
+        The number of completed items becomes the total of a task without a total.
+        """
         if not self.live.is_started:
             return
         for task in self.tasks:

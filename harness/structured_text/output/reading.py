@@ -1,4 +1,4 @@
-"""Reading of the files that a user names: plain files of limited size."""
+"""Reading of the files that a user names; they must be plain files of limited size."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from structured_text.output.system import without_waiting
 __all__ = ["beginning", "check_file", "file_bytes", "file_text", "open_file", "text_of"]
 
 _MEGABYTE = 1 << 20
-#: Names of the other file types, by the test that recognizes them.
+#: Names of file types that are not plain files, by the test that recognizes them.
 _OTHERS = (
     (stat.S_ISDIR, "a folder"),
     (stat.S_ISFIFO, "a pipe"),
@@ -27,7 +27,7 @@ _OTHERS = (
 def check_file(path: str | Path) -> None:
     """Raise InputError unless the path leads to a plain file; nothing is opened.
 
-    Devices and pipes may have no end, or block for ever.
+    A device or pipe may have no end, or block for ever when it is opened.
     """
     try:
         mode = os.stat(path).st_mode
@@ -67,7 +67,7 @@ def file_bytes(path: str | Path, kind: Kind) -> bytes:
             content = file.read(kind.most_bytes + 1)
         except OSError as error:
             raise _unreadable(path, error) from None
-    if len(content) > kind.most_bytes:  # it has grown, or its size is unknown
+    if len(content) > kind.most_bytes:  # the file has grown, or its size is unknown
         raise _too_large(path, kind, len(content))
     return content
 
@@ -76,7 +76,7 @@ def file_text(path: str | Path, kind: Kind) -> str:
     r"""Read a plain UTF-8 file, with or without a byte order mark; `\r\n` and `\r` become `\n`.
 
     Raises:
-        InputError: as `open_file`, or it is not UTF-8.
+        InputError: The file cannot be read, see `open_file`, or it is not UTF-8.
     """
     return text_of(file_bytes(path, kind), path)
 

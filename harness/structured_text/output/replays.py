@@ -1,4 +1,4 @@
-"""Replay files of a search; they never overwrite a file that no search has written."""
+"""Replay files of a search, which never overwrite a file that no search has written."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["BEGINS", "MARK", "check"]
 MARK = f"# {COMMAND} replay: "
 """The first characters of a stimulus file that a search has written."""
 
-#: First bytes of each kind of file.
+#: First bytes of each kind of replay file.
 BEGINS = {".toml": MARK.encode(), ".svg": b"<svg "}
 
 

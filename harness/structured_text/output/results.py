@@ -15,7 +15,7 @@ __all__ = ["Results", "digest", "move_aside", "read_entry"]
 
 
 def digest(root: Path, files: Iterable[Path]) -> str:
-    """Return a hash of the names and contents of files."""
+    """Return a hash of the names and the contents of some files."""
     found = hashlib.sha256()
     for file in sorted(files):
         found.update(file.relative_to(root).as_posix().encode())
@@ -33,7 +33,7 @@ def read_entry(line: bytes) -> dict[str, Any] | None:
 
 
 def move_aside(file: Path) -> Path:
-    """Rename a damaged file to a free name, and return that.
+    """Rename a damaged file to a free name, and return the new path.
 
     Raise OSError if it cannot be renamed.
     """
@@ -47,7 +47,9 @@ def _any(entry: Mapping[str, Any]) -> bool:
 
 
 class Results:
-    """Results by key, saved as JSON lines; the last line of a key counts.
+    """Results by key, saved as JSON lines.
+
+    If a key occurs in several lines, the last line counts.
 
     With `fresh`, earlier results are deleted. `is_whole` returns whether an entry is complete.
 
@@ -80,7 +82,8 @@ class Results:
             if entry is not None and is_whole(entry):
                 self._known[entry["key"]] = entry
                 taken.append(line + b"\n")
-            elif number < len(lines):  # the last line may be cut off by a kill
+            # a process that was killed may have left an incomplete last line
+            elif number < len(lines):
                 damaged += 1
         if damaged:
             aside = move_aside(self._file)

@@ -1,4 +1,4 @@
-"""The standard streams of a command: always open, and with errors that can be recognized."""
+"""The standard streams of a command: they are always open, and their errors can be recognized."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class _Output(io.FileIO):
     """The file below standard output."""
 
     def write(self, data: bytes | memoryview) -> int | None:  # type: ignore[override]
-        """Write; mark an error as one of stdout by raising UnreadError or OutputError."""
+        """Write data; raise UnreadError or OutputError if the write to stdout fails."""
         try:
             return super().write(data)
         except OSError as error:
@@ -41,8 +41,8 @@ class _Errors(io.FileIO):
 def prepare() -> None:
     """Make the standard streams usable, even if the caller has closed or replaced them.
 
-    A closed stream becomes the null device. Otherwise the next opened file would get its number,
-    and receive everything that is printed.
+    A closed stream becomes the null device. Otherwise the next opened file would get the number of
+    the closed stream, and receive everything that is printed.
     """
     _open_closed()
     sys.stdout = _known(sys.stdout, _Output)
@@ -50,7 +50,7 @@ def prepare() -> None:
 
 
 def discard_output() -> None:
-    """Redirect standard output to nowhere, so that Python's exit does not fail on it again."""
+    """Redirect standard output to the null device, so that Python's exit does not fail again."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
 
 

@@ -1,4 +1,6 @@
-"""The differences between Windows, macOS and Linux; no other module uses a function of one system.
+"""The differences between Windows, macOS and Linux.
+
+No other module uses functions that only some systems have.
 
 docs/reference/platforms.md lists what is missing on which system.
 """
@@ -69,9 +71,10 @@ _SHOWN = 15
 _LOOK_S = 0.005
 _CHUNK = 65536
 _FINEST_MS = 1
-#: The folder for names of shared memory.
+#: The folder for the files behind shared memory.
 _SHARED = "/dev/shm" if os.path.isdir("/dev/shm") else os.environ.get("TMPDIR", "/var/tmp")
-#: Real time after which a copy counts as hanging: seconds, plus this factor of its processor time.
+#: Real time after which a copy counts as hanging: a number of seconds, plus a multiple of the
+#: processor time that it may use.
 _HANGS_S, _BUSY = 600, 8
 _TOO_LONG = ("SIGXCPU", "SIGALRM", "SIGKILL")
 
@@ -120,7 +123,7 @@ def end_as_by_ctrl_c() -> list[int]:
     Temporary files are then removed. A signal that is ignored stays ignored (nohup).
 
     Returns:
-        A list that will contain the number of the signal that has come. Further ones are ignored.
+        A list that will contain the number of the first signal. Further signals are ignored.
     """
     came: list[int] = []
 
@@ -168,7 +171,8 @@ def settings_root() -> Path:
 def told_to_end(tell: Callable[[], object]) -> Iterator[None]:
     """Call `tell` in the main thread on Ctrl-C, Ctrl-Break, SIGTERM or SIGHUP."""
     numbers = [*_ENDS]
-    if sys.platform != "win32" and signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # nohup
+    # nohup has set this signal to be ignored
+    if sys.platform != "win32" and signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
         numbers.append(signal.SIGHUP)
     before = [(number, signal.signal(number, lambda *_: tell())) for number in numbers]
     try:
@@ -192,7 +196,7 @@ def interrupts_later() -> Iterator[None]:
 
 
 def be_apart() -> None:
-    """Protect this process from Ctrl-C, and let `end_apart` end its child processes, too."""
+    """Protect this process from Ctrl-C, and let `end_apart` also end its child processes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if sys.platform != "win32":
         os.setsid()
@@ -201,7 +205,7 @@ def be_apart() -> None:
 
 
 def interrupt_main_thread() -> None:
-    """Raise KeyboardInterrupt in the main thread, also while it waits.
+    """Raise KeyboardInterrupt in the main thread, even while the thread waits.
 
     A real signal ends the wait for a lock; `_thread.interrupt_main` alone does not.
     """
@@ -246,8 +250,8 @@ def fine_timers() -> None:
 def ask_for_priority(policy: Literal["first", "in turn"]) -> None:
     """Request real-time priority for this thread and future ones; ignore a refusal.
 
-    Only Linux has this request. The thread runs until it waits, or in turn with others of its
-    priority.
+    Only Linux supports this. The thread runs until it waits, or in turn with other threads of the
+    same priority.
     """
     if sys.platform == "linux":
         number = os.SCHED_FIFO if policy == "first" else os.SCHED_RR
@@ -284,7 +288,7 @@ def copied(work: Callable[[], object], seconds: float) -> int:
 
 
 def copy_ended(pid: int = -1) -> tuple[int, int | str, float]:
-    """Wait until a copy has ended, any copy by default.
+    """Wait until a copy has ended; without an argument, until any copy has.
 
     Returns:
         Its process number, its exit code or the name of its signal (`time` if it took too long),
@@ -314,8 +318,8 @@ class PipedCopy:
         name: Name in the process list of Linux, which shows the last 15 bytes.
 
     Attributes:
-        pid: Its process number.
-        returncode: Its exit code, negative for a signal; None until its end was noticed.
+        pid: Number of the process.
+        returncode: Exit code of the process, negative for a signal; None until its end was noticed.
         stdin: Its standard input, for writing.
         stdout: Its standard output, for reading.
     """
@@ -354,9 +358,9 @@ class PipedCopy:
         return self.returncode
 
     def wait(self, timeout: float | None = None) -> int:
-        """Wait for its end, and return its exit code.
+        """Wait for the end of the process, and return its exit code.
 
-        Raise subprocess.TimeoutExpired if it has not ended within this time [s].
+        Raise subprocess.TimeoutExpired if the process has not ended within this time [s].
         """
         end = None if timeout is None else time.monotonic() + timeout
         while (code := self.poll()) is None:
@@ -380,7 +384,7 @@ def _be_another(work: Callable[[], object], name: str) -> NoReturn:
             os.setsid()
         for number in map(int, os.listdir("/dev/fd")):
             if number > _STANDARD_ERROR:
-                with suppress(OSError):  # the descriptor of listdir
+                with suppress(OSError):  # this is the descriptor with which listdir read the folder
                     os.close(number)
         if sys.platform == "linux":
             Path("/proc/self/comm").write_bytes(name.encode()[-_SHOWN:].lstrip(b"."))
@@ -425,7 +429,7 @@ class DirectInput:
 class RelayedInput:
     """Standard input on a system whose `select` takes only sockets; a thread relays the data.
 
-    Data may therefore arrive slightly after data that was sent later by another way.
+    Data may therefore arrive after data that another socket received later.
     """
 
     def __init__(self) -> None:
@@ -457,7 +461,8 @@ class SharedMemory:
     take 3 MiB in each process.
 
     Args:
-        name: Name of memory that another process has created; empty for new memory, all zero.
+        name: Name of memory that another process has created. If it is empty, new memory is
+            created, with all bytes zero.
         size: Size of new memory in bytes.
 
     Attributes:
@@ -465,7 +470,8 @@ class SharedMemory:
         buf: The bytes.
 
     Raises:
-        FileNotFoundError: there is none of that name; Windows creates new memory instead.
+        FileNotFoundError: There is no memory of this name. On Windows, new memory is created
+            instead.
     """
 
     def __init__(self, name: str = "", size: int = 0) -> None:
@@ -496,7 +502,7 @@ class SharedMemory:
 
     def unlink(self) -> None:
         """Remove the name; the system frees the memory when all processes have closed it."""
-        if sys.platform != "win32":  # Windows frees it itself
+        if sys.platform != "win32":  # Windows frees the memory itself
             os.unlink(self.name)
 
 
@@ -506,7 +512,7 @@ def addresses() -> Iterator[tuple[str, str, bytes]]:
         return
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
         for _, name in socket.if_nameindex():
-            with suppress(OSError):  # without an IPv4 address, or gone
+            with suppress(OSError):  # the interface has no IPv4 address, or has gone
                 own, mask = (_ask(any_socket, name, one)[4:8] for one in (0x8915, 0x891B))
                 hardware = _ask(any_socket, name, 0x8927)[2:8]
                 yield socket.inet_ntoa(own), socket.inet_ntoa(mask), hardware
@@ -526,13 +532,13 @@ def _ask(any_socket: socket.socket, name: str, question: int) -> bytes:
 
 
 def loaded(file: str) -> None:
-    """Remove the file of a library that was just loaded; Windows cannot remove it yet."""
+    """Remove the file of a library that was just loaded; on Windows this is possible only later."""
     if sys.platform != "win32":
         os.unlink(file)
 
 
 def unload(handle: int, file: str) -> None:
-    """Unload a library; on Windows, remove its file now."""
+    """Unload a library, and remove its file if the system could not do so while it was loaded."""
     if sys.platform == "win32":
         FreeLibrary(handle)
         with suppress(OSError):

@@ -1,4 +1,4 @@
-"""A throttle for the lines of a log that runs for days: a flood is counted, not written."""
+"""A throttle for the lines of a log that runs for days: many lines in a short time are counted."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class _Kind:
 class Throttle:
     """A throttle that limits the rate of log lines; the caller gives the time.
 
-    `burst` is the number of lines of a kind that pass at once.
+    `burst` is the number of lines of one kind that pass without a limit.
     """
 
     def __init__(self, burst: int = BURST) -> None:
@@ -34,10 +34,10 @@ class Throttle:
         self._kinds: dict[str, _Kind] = {}
 
     def let_pass(self, kind: str, lines: Sequence[str], now_us: int) -> list[str]:
-        """Return the lines to write now: new ones, and a summary of those that were held before.
+        """Return the lines to write now: a summary of the lines held before, and new lines.
 
-        Each kind is limited separately, so none hides another. If the time goes back, the latest
-        time counts.
+        Each kind of line is limited separately, so no kind suppresses another. If the time goes
+        back, the latest time counts.
         """
         one = self._kinds.setdefault(kind, _Kind(self._burst))
         passed_us = max(0, now_us - one.looked_us)
@@ -57,7 +57,7 @@ class Throttle:
         return passed
 
     def flush(self, now_us: int) -> list[str]:
-        """Return summaries of held lines of all kinds, as far as they may be written now."""
+        """Return the summaries of held lines of all kinds that may be written now."""
         return [line for kind in self._kinds for line in self.let_pass(kind, (), now_us)]
 
 

@@ -1,4 +1,4 @@
-"""TOML files, with the line of each error."""
+"""TOML files, with a line number for each error."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ from structured_text.output.reading import file_text
 
 __all__ = ["check_keys", "line_of", "load_toml", "parse_toml", "toml_text", "toml_value"]
 
-#: Names of tables in texts as `[recover]`, `[[always]] 2`.
+#: Matches the name of a table in a text, such as `[recover]` or `[[always]] 2`.
 _IN_WORDS = re.compile(r"[\w.]+(?=\])")
 _NAME = r"""(?:[\w-]+|"[^"]*"|'[^']*')"""
 _PATH = rf"({_NAME}(?:\s*\.\s*{_NAME})*)"
 _HEAD, _KEY = re.compile(rf"\s*\[\[?\s*{_PATH}\s*\]"), re.compile(rf"\s*{_PATH}\s*=")
-#: The end of a key that is cut short for display.
+#: Marks the end of a key that is cut for display.
 _CUT = "..."
-#: Input that Python refuses: numbers of more than 4300 digits, and deeply nested lists.
+#: Matches input that Python's parser refuses: a number of more than 4300 digits, or deeply nested
+#: lists.
 _TOO_LONG = re.compile(r"[0-9_]{4301}|[\[{]{50}")
 
 
@@ -42,7 +43,7 @@ def parse_toml(text: str, path: Path) -> dict[str, Any]:
     """
     try:
         toml: Any = importlib.import_module("tomllib")
-    except ModuleNotFoundError:  # Python 3.10
+    except ModuleNotFoundError:  # Python 3.10 has no tomllib
         toml = importlib.import_module("tomli")
     try:
         content: dict[str, Any] = toml.loads(text)
@@ -81,13 +82,14 @@ def check_keys(
     Args:
         table: The present keys.
         known: The allowed keys.
-        where: The table as a file writes it, with its number if there are several.
+        where: The table as the file writes it, with its number if there are several of the same
+            name.
         file: The file, if the caller does not add it.
-        within: Text of the message after the key.
-        every: Text of the hint before all keys, if no similar key exists.
+        within: Text of the message behind the key.
+        every: Text of the hint in front of all keys, if no similar key exists.
 
     Raises:
-        InputError: with the line, and similar names.
+        InputError: A key is unknown. The error has its line, and similar names.
     """
     names = list(known)
     for key in table:
@@ -100,9 +102,9 @@ def check_keys(
 def line_of(file: Path, key: str, number: int = 1) -> int | None:
     """Return the line of a key, or None if it does not occur; tomllib gives no lines.
 
-    The key has its table, as in `comments.50`, or stands alone. If it does not occur, the line of
-    its table is returned. A key that is cut short ends in dots. `number` selects one of several
-    tables of this name.
+    The key is written with its table, as in `comments.50`, or alone. If the key does not occur, the
+    line of its table is returned. A key that is cut for display ends in dots. `number` selects one
+    of several tables of this name.
     """
     places = list(_places(toml_text(file)))
     while key:
@@ -115,15 +117,15 @@ def line_of(file: Path, key: str, number: int = 1) -> int | None:
 
 
 def _rank(path: str, key: str) -> int:
-    """Return how well a place matches a key: 1 best, 0 not at all."""
+    """Return how well the path of a key matches a key: 1 is best, 0 is no match."""
     begin = key.removesuffix(_CUT) if key.endswith(_CUT) else f"{key}."
-    plain = re.sub(r"(?<=\.)0+(?=\d)", "", path)  # `points.021` is point 21
+    plain = re.sub(r"(?<=\.)0+(?=\d)", "", path)  # in a robot file, `points.021` is point 21
     fits = (path == key, plain == key, path.endswith(f".{key}"), path.startswith(begin))
     return fits.index(True) + 1 if True in fits else 0
 
 
 def _places(text: str) -> Iterator[tuple[str, int]]:
-    """Yield each table and each key with its table, without quotes, and its line."""
+    """Yield the path of each table and each key, without quotes, with its line."""
     table = ""
     for number, line in enumerate(text.splitlines(), 1):
         if head := _HEAD.match(line):

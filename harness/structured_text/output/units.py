@@ -1,4 +1,4 @@
-"""Durations (`10ms`, `T#1s500ms`, in whole microseconds) and words: parsing and formatting."""
+"""Durations (`10ms`, `T#1s500ms`) and words (`16#8011`): parsing and formatting."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ __all__ = ["format_us", "format_word", "parse_us", "whole", "within_us"]
 _UNITS = {"d": 86_400_000_000, "h": 3_600_000_000, "m": 60_000_000, "s": 1_000_000}
 _UNITS |= {"ms": 1_000, "us": 1}
 _PART = re.compile(r"([0-9]+(?:\.[0-9]+)?)(ms|us|d|h|m|s)")
-#: Limits of the digits of a number and of the shown characters of an input; and the longest
-#: duration, since no run and no timer of a PLC takes longer.
+#: Greatest number of digits of a number, greatest number of shown characters of an input, and the
+#: longest duration. No run and no timer of a PLC takes longer.
 _DIGITS, _SHOWN = 20, 40
 _LONGEST_US = 365 * _UNITS["d"]
 
@@ -29,7 +29,8 @@ def parse_us(text: str | int | timedelta) -> int:
         Microseconds, at least 0.
 
     Raises:
-        InputError: not a duration, negative, longer than a year, or finer than a microsecond.
+        InputError: The text is not a duration, or the duration is negative, longer than a year, or
+            finer than a microsecond.
     """
     if isinstance(text, bool) or not isinstance(text, (str, int, timedelta)):
         hint = 'write it as "10ms", "1.5s", or an int of microseconds'
@@ -95,5 +96,5 @@ def format_us(time_us: int) -> str:
 
 
 def format_word(value: int) -> str:
-    """Format a word as IEC 61131-3 and this library's pages do, `16#8011`."""
+    """Format a word in hexadecimal, as IEC 61131-3 and this library's pages do: `16#8011`."""
     return f"16#{value:04X}"

@@ -10,13 +10,13 @@ from structured_text.errors import InputError
 
 __all__ = ["OBJECTS", "PLCPROJ", "SCL", "TASKS", "in_folder", "is_project"]
 
-#: PLCopen and Rockwell.
+#: Endings of the files of PLCopen XML and of Rockwell.
 _XML, _L5X = ".xml", ".l5x"
-#: TwinCAT: a project, and a task of a project.
+#: Endings of a TwinCAT project, and of a task of such a project.
 PLCPROJ, TASKS = ".plcproj", ".tctto"
-#: TwinCAT's objects: blocks, types, lists of variables, interfaces.
+#: Endings of TwinCAT's objects: blocks, types, lists of variables, interfaces.
 OBJECTS = (".tcpou", ".tcdut", ".tcgvl", ".tcio")
-#: TIA Portal's external sources: blocks, types, data blocks.
+#: Endings of TIA Portal's external sources: blocks, types, data blocks.
 SCL = (".scl", ".udt", ".db")
 #: Files of PLC tools that contain programs but cannot be read, with the alternative for each.
 _CLOSED = {
@@ -52,7 +52,7 @@ def is_project(file: Path) -> bool:
 def in_folder(files: Iterable[Path]) -> list[Path]:
     """Return the TwinCAT files among the files of a folder.
 
-    These are the .plcproj files, or if there are none, the objects and tasks.
+    If the folder has .plcproj files, the result is these files, else the objects and tasks.
     """
     suffixes: dict[str, list[Path]] = {}
     for file in files:

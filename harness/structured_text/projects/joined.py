@@ -23,7 +23,8 @@ _TOKEN = re.compile(
     r"|(?P<before>(?:[A-Za-z_]\w*\s*\.\s*)*|[\])^]\s*\.\s*)(?P<name>[A-Za-z_]\w*)",
     re.DOTALL,
 )
-#: A declared variable or several of them, and text before the name of a type.
+#: Matches the names in a declaration of variables. `_OF_TYPE` matches the text before the name of a
+#: type.
 _VARIABLE = re.compile(r"^\s*(?:\{[^}\n]*\}\s*)*(\w+(?:\s*,\s*\w+)*)[^:;\n]*:(?!=)", re.MULTILINE)
 _OF_TYPE = re.compile(r"(?::|\b(?:TO|OF|EXTENDS|IMPLEMENTS))\s*\Z", re.IGNORECASE)
 _WORD = re.compile(r"[A-Za-z_]\w*")
@@ -71,7 +72,7 @@ def _tasks_note(project: Project) -> str:
 
 
 def _is_library(project: Project, projects: Sequence[Project]) -> bool:
-    """Return whether a project has no tasks, but another one has."""
+    """Return whether a project is a library: it has no tasks, and another project has some."""
     tasks = [any(unit.kind == "CONFIGURATION" for unit in one.units) for one in projects]
     own = tasks[next(k for k, one in enumerate(projects) if one is project)]
     return bool(project.titles) and not own and any(tasks)
@@ -93,7 +94,7 @@ def _is_given(library: Library, projects: Sequence[Project]) -> bool:
 
 
 def _renamed(project: Project, projects: Sequence[Project]) -> dict[str, str]:
-    """Return the new name of each element of a library that another project declares, too."""
+    """Return the new names of those elements of a library that another project also declares."""
     others = {unit.name.upper() for one in projects if one is not project for unit in one.units}
     space = _WORD.findall("_".join((*project.namespaces, *project.titles)))[:1] or ["Library"]
     return {
@@ -104,9 +105,13 @@ def _renamed(project: Project, projects: Sequence[Project]) -> dict[str, str]:
 
 
 def _with_names(unit: Unit, rules: dict[str, str], own: dict[str, str]) -> Unit:
-    """Return a unit with new names: `rules` after a namespace, `own` for the bare names."""
+    """Return a unit with new names.
+
+    `rules` has new names for names behind a namespace, `own` for names without one.
+    """
     spaces = {rule.partition(".")[0] for rule in rules}
-    # A method or property of the same name is another element, also as the result in its body.
+    # A method or property with the same name is another element. In its own body the name is its
+    # result.
     members = {part.name.rpartition(".")[2].upper() for part in _parts(unit.piece)}
     heads = [unit.piece.head, *(part.head for part in _parts(unit.piece))]
     for head in heads:
@@ -117,7 +122,7 @@ def _with_names(unit: Unit, rules: dict[str, str], own: dict[str, str]) -> Unit:
     def text(found: re.Match[str]) -> str:
         if found["other"] is not None:
             return found[0]
-        words = re.split(r"(\s*\.\s*)", found[0])  # a name, a dot, a name ...
+        words = re.split(r"(\s*\.\s*)", found[0])  # Copy a whole path of names with dots.
         if found["before"][:1] in (")", "]", "^"):
             return found[0]
         keys = [word.upper() for word in words[:3:2]]

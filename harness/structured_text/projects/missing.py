@@ -26,9 +26,9 @@ _SAID = re.compile(
 )
 #: Names that the tools of the libraries know without a library.
 _BUILT_IN = ("ANY", "BIT", "FAILED", "HRESULT", "PVOID", "SUCCEEDED", "__SYSTEM", "__UXINT")
-#: Text of a message in place of the names of many libraries.
+#: Words for a message if many libraries may have a missing name.
 _OTHERS = "libraries that the project refers to"
-#: Number of names that a message lists.
+#: Greatest number of names in a message.
 _LISTED = 8
 
 
@@ -65,7 +65,7 @@ def simple_type(name: str) -> str:
 def by_library(
     errors: Iterable[InputError], libraries: Sequence[Library], declared: Container[str] = ()
 ) -> list[InputError]:
-    """Return the errors, with one for each library instead of those on its elements.
+    """Return the errors; those about missing elements of a library become one error per library.
 
     A missing name belongs to a library if the library is known to have it, or if a project has the
     name with the library's namespace. Other missing types and functions of a project that refers to
@@ -87,7 +87,7 @@ def by_library(
 
 
 def _library(name: str, error: InputError, libraries: Sequence[Library]) -> str:
-    """Return the names of the libraries that may have a missing name, as text; empty if unknown."""
+    """Return the names of the libraries that may have a missing name, joined; empty if unknown."""
     referred = {library.name.upper(): library.name for library in libraries}
     spaces = {library.namespace.upper(): library.name for library in libraries}
     spaces |= {vendor.upper(): vendor for vendor in _vendors()} | spaces

@@ -51,9 +51,9 @@ class Foreign:
     """A body that is not read.
 
     Attributes:
-        language: Its language; ST if it contains something that is not supported.
-        at: Its line, or the line of the unsupported part.
-        why: The unsupported part.
+        language: The language of the body; ST if a body in Structured Text has an unsupported part.
+        at: The first line of the body, or the line of the unsupported part.
+        why: The unsupported part, for a message.
     """
 
     language: str
@@ -62,7 +62,7 @@ class Foreign:
 
     @property
     def says(self) -> str:
-        """Return the reason why it is not read, as the predicate of a message."""
+        """Return the reason why the body is not read, as the predicate of a message."""
         if self.why:
             return f"is not read: {self.why}"
         return f"is in {LANGUAGES.get(self.language, self.language)} and is not read"
@@ -73,7 +73,7 @@ class Piece:
     """A POU, or a method, a property or an action of a POU.
 
     Attributes:
-        name: Its name; for a part of a POU `Block.Method`.
+        name: Name of the POU; for a part of a POU `Block.Method`.
         head: The lines from the first word to the end of the variables.
         body: The statements.
         end: The last word.
@@ -133,7 +133,8 @@ class Library:
         name: Its title, without version and company.
         namespace: The name that stands before its elements in this project.
         at: The line of the reference in the project file.
-        noted: Whether a note says that it is not read. CODESYS refers to many system libraries.
+        noted: Whether a note says that the library is not read. CODESYS projects refer to many
+            system libraries, which get no note.
     """
 
     name: str
@@ -150,9 +151,10 @@ class Project:
     Attributes:
         units: The declarations in the order of the files.
         notes: One line for each unread part that a user could miss.
-        dialects: The dialect of each file whose format says one (`language.dialects`).
-        titles: The names by which other projects refer to it as a library.
-        namespaces: The names that other projects write before its elements.
+        dialects: The dialect (`language.dialects`) of each file with a format that belongs to one
+            tool.
+        titles: The names by which other projects refer to this one as a library.
+        namespaces: The names that other projects write before elements of this one.
         libraries: The libraries that it refers to.
     """
 
@@ -176,7 +178,7 @@ class Project:
 
 
 def made(at: int, *texts: str) -> Lines:
-    """Return generated lines that refer to a line of the file."""
+    """Return generated lines, all with the number of one line of the file."""
     return tuple(Line(text, at) for text in texts)
 
 
@@ -190,7 +192,7 @@ def trimmed(lines: Iterable[Line]) -> Lines:
 
 
 def in_comment(text: str) -> str:
-    """Return a text that can stand in a comment."""
+    """Return a text without the marks that would end a comment."""
     return text.strip().replace("*)", "* )").replace("(*", "( *")
 
 

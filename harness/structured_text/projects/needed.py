@@ -20,7 +20,7 @@ from structured_text.language.words import ACCESS_WORDS
 
 __all__ = ["declared_names", "needed"]
 
-#: Comments and string literals: names in them are not mentioned.
+#: Comments and string literals. A name in them does not make a file needed.
 _SAID = re.compile(r"\(\*.*?(?:\*\)|\Z)|//[^\n]*|/\*.*?(?:\*/|\Z)|'(?:\$.|[^$'\n])*'", re.DOTALL)
 _NAME = re.compile(r"[^\W\d]\w*")
 _TYPES = re.compile(r"\bTYPE\b(.*?)(?:\bEND_TYPE\b|\Z)", re.DOTALL)
@@ -41,7 +41,8 @@ def needed(program: Iterable[Path], library: Sequence[Path]) -> list[Path]:
     own = list(program)
     files = [*own, *library]
     key = cache.sources_key(files)
-    key = key and f"{key}-{len(own)}"  # the same files may be divided differently
+    # the same files may be split into program and library in another way
+    key = key and f"{key}-{len(own)}"
     return cache.made_of("needed", key, files, lambda: _needed(own, library))
 
 
@@ -72,7 +73,8 @@ def declared_names(file: Path) -> frozenset[str]:
 class _File:
     """The names in a file, in upper case, without those in comments and string literals.
 
-    `declared` is empty if the file declares nothing, or also global variables or a configuration.
+    `declared` is empty if the file declares no name, or if it declares global variables or a
+    configuration.
     """
 
     mentioned: frozenset[str] = frozenset()
@@ -88,7 +90,10 @@ def _look(file: Path) -> _File:
 
 @lru_cache(maxsize=1024)
 def _read(file: Path, stamp: int) -> _File:
-    """Return the names in a file; a new time of change (`stamp`) makes the cache read it again."""
+    """Return the names in a file.
+
+    `stamp` is the file's time of change, so that a changed file is read again.
+    """
     code = _SAID.sub(" ", source_text(file)).upper()
     words = _NAME.findall(code)
     mentioned = frozenset(words)

@@ -41,8 +41,8 @@ class Sources:
         paths: The sources in order: an `Extract` of each declaration, and replacing files.
         declared: The names of all POUs, types and lists of variables, in upper case.
         notes: One line for each part that is not read.
-        libraries: The libraries that the projects refer to, without those that are given.
-        dialects: The dialect of each file whose format says one.
+        libraries: The libraries that the projects refer to and that are not among the projects.
+        dialects: The dialect of each file with a format that belongs to one tool.
     """
 
     paths: tuple[Path, ...] = ()
@@ -105,9 +105,9 @@ def project_sources(
     or its whole declaration; `Tasks` is the name of the tasks. `device`: see `read_project`.
 
     Raises:
-        InputError: As `read_project`. Also if a body has unsupported statements and is needed, or
-            if a replacement names an unknown POU. A body in another language that may be needed
-            becomes an empty one; see `language.unread`.
+        InputError: A project cannot be read, a body with unsupported statements is needed, or a
+            replacement names an unknown POU. A body in another language that may be needed becomes
+            an empty body; see `language.unread`.
     """
     project = read_project(files, device)
     units, extra = _replaced(project.units, replaced)
@@ -134,7 +134,10 @@ def project_sources(
 
 
 def _extract(unit: Unit, project: Path, unread: tuple[Unread, ...]) -> Extract:
-    """Return the source of a unit; lines that are not the user's replacement are the project's."""
+    """Return the source of a unit.
+
+    Lines that do not come from the user's replacement belong to the project file.
+    """
     whole = str(project) if unit.file != project else ""
     return Extract.make(unit.file, unit.piece.lines(), unit.name, whole, unread)
 
@@ -172,7 +175,10 @@ def _foreign(
 
 
 def _readable(piece: Piece) -> Lines:
-    """Return the lines of a POU that can mention other POUs, without the heads of unread parts."""
+    """Return the lines of a POU that can mention other POUs.
+
+    The declarations of a body that is not read are left out.
+    """
     parts = tuple(part for part in piece.parts if not isinstance(part.body, Foreign))
     lines = tuple(line for part in parts for line in _readable(part))
     return (*piece.head, *lines, *(() if isinstance(piece.body, Foreign) else piece.body))
@@ -239,7 +245,7 @@ def _with_body(piece: Piece, name: str, text: Sequence[str]) -> Piece:
 
 
 def _elsewhere(lines: Lines) -> Lines:
-    """Return lines of the project as lines of a source that is named after the replacing file."""
+    """Mark lines of the project in a source that is named after a replacement; see `ELSEWHERE`."""
     return tuple(
         line if line.at > ELSEWHERE else replace(line, at=line.at + ELSEWHERE) for line in lines
     )

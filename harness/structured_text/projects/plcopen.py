@@ -52,7 +52,7 @@ _QUALIFIERS = {
     "persistent": " PERSISTENT",
 }
 _PLAIN = "InterfaceAsPlainText"
-#: Part of the names of additions in files of CODESYS.
+#: A part of the names under which CODESYS adds elements to the format.
 _CODESYS = "3s-software.com"
 #: Words in the header of a file, with the dialect of the tool. The words of TwinCAT are compared
 #: before those of CODESYS.
@@ -106,7 +106,7 @@ def written_by(root: Element) -> str:
     ).lower()
     found = next((name for word, name in _TOOLS.items() if word in said), "")
     if not found and any(_CODESYS in one.get("name") for one in root.below("data")):
-        return "codesys"  # tools that are made from CODESYS have headers of their own
+        return "codesys"  # tools that are derived from CODESYS write headers of their own
     return found
 
 
@@ -399,7 +399,7 @@ def _open_array(variable: Element) -> str:
 
 
 def _only(element: Element, file: Path) -> Element:
-    """Return the single element inside another; raise InputError if the element is empty."""
+    """Return the single element inside another one; raise InputError if there is none."""
     found = [one for one in element.children if one.name not in ("documentation", "addData")]
     found = found or [data for one in element.all("addData", "data") for data in one.children]
     if not found:
@@ -437,7 +437,7 @@ def _extends(element: Element) -> str:
 
 
 def _comment(element: Element) -> Lines:
-    """Return an element's documentation as a comment for the lines before it."""
+    """Return an element's documentation as a comment on lines of its own."""
     said = [line for one in element.all("documentation") for line in trimmed(one.lines())]
     if len(said) < 2:
         return tuple(Line(f"(* {in_comment(line.text)} *)", line.at) for line in said)
@@ -452,11 +452,11 @@ def _note(element: Element) -> str:
 
 
 def _body(element: Element) -> Lines | Foreign:
-    """Return the statements; a body with several sheets gives the statements of all."""
+    """Return the statements of a body; several sheets are joined."""
     lines: list[Line] = []
     for body in element.all("body"):
         found = [one for one in body.children if one.name in _LANGUAGES]
-        if not found:  # CODESYS puts CFC and others into its own elements
+        if not found:  # CODESYS writes CFC and other graphical languages into elements of its own
             found = list(body.below(*_LANGUAGES))
             if not found and any(body.below("data")):
                 found = [Element(next(body.below("data")).get("name"), {}, body.at)]

@@ -15,7 +15,7 @@ from structured_text.projects.xml import Element
 
 __all__ = ["choose_device"]
 
-#: A device with one of these elements has a program.
+#: Elements that show that a device has a program.
 _CONTENT = ("task", "pou", "globalVars", "pouInstance", "dataType", "Interface")
 
 
@@ -30,7 +30,7 @@ class _Application:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the names by which a user can choose it, in upper case."""
+        """Return the names by which a user can choose the application, in upper case."""
         return self.device.upper(), self.name.upper(), f"{self.device}.{self.name}".upper()
 
 

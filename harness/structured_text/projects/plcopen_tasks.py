@@ -30,11 +30,11 @@ _TIME = re.compile(
 )
 #: Largest number of characters in an interval.
 _LONGEST = 60
-#: A variable of the program, with its list or program before it.
+#: A variable of the program, also with the name of its list or program before it.
 _VARIABLE = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*", re.ASCII)
-#: The start of a task by CODESYS's kind of task; cyclic tasks are not in the table.
+#: The start of a task for each kind of task in CODESYS that is not cyclic.
 _STARTS = {"event": EDGE, "status": LEVEL, "freewheeling": FREE, "externalevent": UNKNOWN}
-#: Settings with the event of a task.
+#: Names of the settings that contain the variable or event of a task.
 _EVENTS = ("Event", "EventVariable", "Variable", "Status", "StatusVariable", "ExternalEvent")
 
 
@@ -44,7 +44,7 @@ def read_tasks(elements: Iterable[Element], file: Path) -> list[ToolTask]:
 
 
 def written_interval(element: Element, task: ToolTask) -> str:
-    """Return the interval as in the file if it is a literal of the standard, else as a literal."""
+    """Return the interval as written if it is a literal of the standard, else as a new literal."""
     text = element.get("interval").strip()
     return text if "#" in text else interval_text(task.interval_us)
 

@@ -53,16 +53,16 @@ _HEADER = (
 )
 _SECTIONS = ("VAR", "VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR_TEMP")
 _TITLE = re.compile(r"^([ \t]*TITLE[ \t]*=)[^\n]*", re.IGNORECASE | re.MULTILINE)
-#: Blocks and types with another name in the standard.
+#: Blocks and types of Siemens that have another name in the standard.
 _TYPES = {
     **{f"{name}_TIME": name for name in ("TON", "TOF", "TP")},
     **{f"{name}_LTIME": name for name in ("TON", "TOF", "TP")},
     **{f"{name}_INT": name for name in ("CTU", "CTD", "CTUD")},
 }
-#: Blocks that can be called on data of these types, as `Timer.TON(...)`.
+#: Blocks that can be called on a data block of one of these types, as `Timer.TON(...)`.
 _GENERIC = {"IEC_TIMER": ("TON", "TOF", "TP"), "IEC_COUNTER": ("CTU", "CTD", "CTUD")}
 _CALLED = tuple(name for names in _GENERIC.values() for name in names)
-#: Kinds of tokens that are names.
+#: Kinds of tokens that can be names.
 _NAMES = ("word", "local", "quoted")
 _PREFIXES = {"B": "BYTE", "W": "WORD", "DW": "DWORD", "LW": "LWORD", "L": "DINT"}
 
@@ -76,7 +76,7 @@ class _Token:
 
     @property
     def word(self) -> str:
-        """Return the text in upper case; empty for a quoted name."""
+        """Return the text of a word or sign in upper case; empty for any other token."""
         return self.text.upper() if self.kind in ("word", "sign") else ""
 
 
@@ -115,7 +115,7 @@ def _text(file: Path) -> str:
 
 
 def _is_narrow(content: bytes) -> bool:
-    """Return whether a source is neither UTF-8 nor UTF-16 with a mark."""
+    """Return whether a source is neither UTF-8 nor UTF-16 with a byte order mark."""
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         return False
     try:
@@ -126,7 +126,10 @@ def _is_narrow(content: bytes) -> bool:
 
 
 def _decoded(content: bytes) -> str:
-    """Decode a source: TIA Portal writes UTF-8, or UTF-16 with a mark; STEP 7 writes cp1252."""
+    """Decode a source.
+
+    TIA Portal writes UTF-8, or UTF-16 with a byte order mark; STEP 7 writes cp1252.
+    """
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         text = content.decode("utf-16", errors="replace")
     elif _is_narrow(content):
@@ -137,7 +140,7 @@ def _decoded(content: bytes) -> str:
 
 
 def started(units: Sequence[Unit]) -> Project:
-    """Return a configuration that runs the main one of several organization blocks.
+    """Return a configuration that runs the main block if there are several organization blocks.
 
     A source does not contain the events that start its blocks. The other blocks get a note.
     """
@@ -219,7 +222,7 @@ class _Reader:
         return InputError(message, file=self._file, line=self._line(token), hint=hint)
 
     def _find(self, word: str, first: int, end: int) -> int:
-        """Return the place of a word from `first` on, or `end`."""
+        """Return the index of the first token with this word from `first` on, or `end`."""
         return next((k for k in range(first, end) if self._at(k).word == word), end)
 
     def _at(self, place: int) -> _Token:
@@ -248,7 +251,8 @@ class _Reader:
         self._translate(place, end)
         self._at(start + 1).new = name
         if word == "TYPE":
-            if place < end and self._at(place).text != ":":  # `TYPE Name STRUCT` lacks the colon
+            # `TYPE Name STRUCT` has no colon; the standard needs one
+            if place < end and self._at(place).text != ":":
                 self._at(start + 1).new = f"{name} :"
         elif word == "DATA_BLOCK":
             self._data_block(start, place, end, name)
@@ -262,8 +266,8 @@ class _Reader:
     def _replace_constants(self, place: int, end: int) -> None:
         """Replace the names of `CONST Name := value; … END_CONST` by their values.
 
-        Such a constant has no type of its own: the place of its use gives it a type.
-        Raise InputError if a section has no end, or an entry no value.
+        Such a constant has no type of its own; the type follows from its use. Raise InputError if a
+        section has no end, or an entry no value.
         """
         values: dict[str, str] = {}
         k = place
@@ -286,7 +290,7 @@ class _Reader:
             k += 1
 
     def _read_constants(self, first: int, last: int, values: dict[str, str]) -> None:
-        """Add the values of the constants between two places, by upper-case name."""
+        """Add the values of the constants between two tokens, by upper-case name."""
         entry: list[_Token] = []
         for k in range(first, last):
             token = self._at(k)
@@ -303,7 +307,7 @@ class _Reader:
                 else:
                     self._one(one, k, "", last)
             text = " ".join(_now(one) for one in entry[2:])
-            # A label of CASE takes no parentheses, so a number with its sign gets none.
+            # A CASE label takes no parentheses, so a signed number is inserted without them.
             plain = len(entry) == 3 or (len(entry) == 4 and entry[2].text == "-")
             values[_named(entry[0]).upper()] = text if plain else f"({text})"
             entry = []
@@ -311,7 +315,7 @@ class _Reader:
             raise self._error("a ';' is missing", entry[-1])
 
     def _header(self, place: int, end: int, word: str) -> int:
-        """Blank the header between a name and the variables; return the place of the variables."""
+        """Blank the header between a name and the variables; return the index behind it."""
         if word == "FUNCTION" and self._at(place).text == ":":
             result = self._at(place + 1)
             if result.word == "VOID":
@@ -410,7 +414,7 @@ class _Reader:
             token.new = _blank(token.text)
         elif token.kind in ("quoted", "local"):
             if token.text.upper() == '"THIS"' and before == "." and after == "[":
-                # If a data block is an array, its elements are written as elements of "THIS".
+                # In a data block that is an array, "THIS" stands for the array.
                 self._at(place - 1).new = token.new = ""
                 return
             token.new = _named(token)
@@ -437,7 +441,7 @@ class _Reader:
             token.new = self._calls.get(name.upper(), _GENERIC[token.word][0])
 
     def _declared(self, place: int) -> str:
-        """Return the variable that is declared with the type at this place."""
+        """Return the name of the variable whose type stands at this index."""
         while place > 0 and self._at(place).text != ":":
             place -= 1
         while place > 0 and self._at(place - 1).kind == "attribute":
@@ -486,7 +490,7 @@ class _Reader:
 
 
 def _named(token: _Token) -> str:
-    """Return the name that a token contains, without its marks."""
+    """Return the name in a token, without `#` and quotes."""
     text = token.text.removeprefix("#")
     return plain_name(text.strip('"')) if text.startswith('"') else text
 

@@ -39,20 +39,23 @@ __all__ = [
 
 #: One or several files or folders.
 Files = str | Path | Sequence[str | Path]
-#: Replacements of files, with resolved paths as keys: copies with an inserted error (`mutants`).
+#: Files to read instead of others, by the resolved path of the original: a mutant is a copy with an
+#: inserted error.
 INSTEAD: dict[Path, Path] = {}
 
-#: Folders of other tools, besides hidden ones; ST files in them do not belong to the user.
+#: Folders of other tools, in addition to hidden folders. ST files in them do not belong to the
+#: user.
 _FOREIGN = ("__pycache__", "site-packages")
 
-#: Listed folders: identity and times of each folder, and the files and folders in it.
+#: Listed folders by path: identity and times of the folder, and the files and folders in it.
 _NAMES: dict[str, tuple[tuple[int, ...], tuple[list[str], list[str]]]] = {}
-#: Endings of sources; all but the first are those of Automation Studio.
+#: Endings of sources. All but the first belong to Automation Studio.
 _ENDINGS = (".st", ".var", ".typ", ".fun")
 #: Resolution of the coarsest file system clock, that of FAT [ns].
 _SETTLED_NS = 2_000_000_000
 
-#: The file at the root of a project of SIMATIC AX, and how far above a source it may be.
+#: The file at the root of a SIMATIC AX project, and the number of folders that it may be above a
+#: source.
 _AX, _LEVELS = "apax.yml", 4
 
 #: A file, its time of change [ns] and its size [bytes].
@@ -65,11 +68,11 @@ class SourceFiles:
 
     Attributes:
         own: ST files, and extracts of project files.
-        lib: The files of the library that they need.
+        lib: The files of the library that the own files need.
         folder: The folder of the library; None if there is none.
         notes: One line for each part of a project that is not read.
         declared: Names that projects declare, in upper case; not taken from the library.
-        missing: Libraries that projects refer to and that are not given.
+        missing: Libraries that projects refer to and that the user has not given.
     """
 
     own: tuple[Path, ...]
@@ -91,7 +94,10 @@ class SourceFiles:
 
     @property
     def users(self) -> tuple[list[Path], list[Path]]:
-        """Return the user's own files, and the library's files, even if named by the user."""
+        """Return the user's own files and the library's files.
+
+        A file in the library's folder belongs to the library, even if the user has named it.
+        """
         folder = real(self.folder) if self.folder is not None else None
         named = {file for file in self.own if folder in real(file).parents}
         return [file for file in self.own if file not in named], [*named, *self.lib]
@@ -109,9 +115,9 @@ def source_files(
     Raise InputError if a file or folder is missing, a folder has no sources, or a project cannot be
     read. A folder gives its `.st` files (see `st_files`), or else its TwinCAT project. The library
     is searched with its subfolders; names that a project declares are not taken from it. `replace`
-    has files with Structured Text for POUs of a project, by name. Without a `dialect`
-    (`language.dialects`) the format of a project says it. `device` is the device to read of a
-    project with several devices.
+    has files with Structured Text for POUs of a project, by name. `dialect` is a name of
+    `language.dialects`; without it, the format of a project decides. `device` names the device to
+    read in a project with several devices.
     """
     named = named_files(program)
     projects = [file for file in named if is_project(file)]
@@ -154,7 +160,7 @@ def _dialect(given: str | None, said: Sequence[tuple[str, Path]], own: Sequence[
     """Return the dialect of a program, or raise InputError.
 
     The user's choice comes first, then the formats of the project's files, then the `apax.yml` of
-    SIMATIC AX. It is empty if none of these gives a dialect.
+    SIMATIC AX. The result is empty if none of them gives a dialect.
     """
     if found := rules_of(given).name if given else chosen():
         return found
@@ -196,7 +202,7 @@ def _needed(
     taken: frozenset[Path],
     declared: frozenset[str],
 ) -> tuple[Path, ...]:
-    """Return the library files that `own` needs; the stamps in the cache key detect changes."""
+    """Return the library files that `own` needs; `seen` and `library` are stamps for the cache."""
     del seen
     found = [file for file, place in library.files() if place not in taken]
     return tuple(needed(own, not_declared(found, declared)))
@@ -222,7 +228,7 @@ def st_files(folder: Path) -> list[Path]:
 
     Hidden files and folders (`.venv`, `.git`), `site-packages` and `__pycache__` below it are
     omitted; the folder itself may be inside such a folder. Files that an export has written are
-    omitted, too.
+    also omitted.
     """
     return [file for file, _ in _Folder.of(folder).files()]
 
@@ -230,7 +236,8 @@ def st_files(folder: Path) -> list[Path]:
 class _Folder(NamedTuple):
     """The present content of a folder, as a cache key.
 
-    The resolved `place` is part of it, because relative paths depend on the working directory.
+    The key includes `place`, the resolved path, because relative paths depend on the working
+    directory.
     """
 
     place: str
@@ -249,9 +256,10 @@ class _Folder(NamedTuple):
 
 @lru_cache(maxsize=64)
 def _looked_at(folder: _Folder) -> tuple[tuple[Path, Path], ...]:
-    """Return the files of `_Folder.files`; the stamps in the cache key detect changes."""
+    """Return the files for `_Folder.files`, cached by the content of the folder."""
     every = [Path(path) for path, _, _ in folder.stamps if not path.endswith(RECORD)]
-    every.sort(key=lambda file: file.parts)  # case-sensitive on all systems, as on Linux
+    # The search is case-sensitive on all systems, as on Linux.
+    every.sort(key=lambda file: file.parts)
     places = resolved(every)
     written = own_output(places)
     return tuple((file, place) for file, place in places.items() if file not in written)
@@ -312,7 +320,7 @@ def _stamped(path: str) -> Iterator[_Stamp]:
 
 
 def _is_users(file: Path, folder: Path) -> bool:
-    """Return whether a file below the folder belongs to the user, and not to another tool."""
+    """Return whether a file below a folder is the user's own, and not that of another tool."""
     parts = file.relative_to(folder).parts
     return not any(part.startswith(".") or part in _FOREIGN for part in parts)
 

@@ -29,7 +29,7 @@ NAME = "Tasks"
 #: (freewheeling), or an event outside of the program, which never occurs here.
 EDGE, LEVEL, FREE, UNKNOWN = "edge", "level", "free", "unknown"
 
-#: Part of the note on a task that is started by an event which is not simulated.
+#: Part of the note on a task with an event that this toolkit does not simulate.
 NEVER = "it never occurs here"
 
 
@@ -38,7 +38,7 @@ class ToolTask:
     """A task, and the programs that it calls.
 
     Attributes:
-        name: Its name in the tool; empty for programs that run in every scan.
+        name: Name of the task in the tool; empty for programs that run in every scan.
         interval_us: Its interval [µs]; 0 if something else starts it.
         priority: Its priority, the lowest number first; None if the file has none.
         programs: Names of instances and of their programs.
@@ -58,7 +58,7 @@ class ToolTask:
 
     @property
     def unknown(self) -> str:
-        """Return a note if an event starts the task that never occurs here; else an empty text."""
+        """Return a note if the event of the task never occurs here; else an empty text."""
         if self.start != UNKNOWN:
             return ""
         programs = ", ".join(name for name, _ in self.programs)
@@ -72,8 +72,9 @@ class ToolTask:
 def by_event(tasks: Sequence[ToolTask]) -> tuple[list[ToolTask], Project]:
     """Replace tasks that a variable starts with a program that runs in every scan.
 
-    The program calls those of the task: at a rising edge of the variable (CODESYS: Event), or while
-    it is TRUE (Status). A freewheeling task runs in every scan, too.
+    The new program calls the programs of the task at a rising edge of the variable (CODESYS:
+    Event), or while the variable is TRUE (Status). A freewheeling task becomes a program that runs
+    in every scan.
 
     Returns:
         The tasks without those that an unknown event starts, and a program for each variable, with

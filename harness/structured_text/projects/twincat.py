@@ -28,7 +28,7 @@ __all__ = ["read_object", "read_plcproj", "read_tasks"]
 
 #: One day [µs]; no task of TwinCAT has a longer interval.
 _LONGEST_US = 86_400_000_000
-#: Libraries with blocks and types of the standard, or with built-in blocks and types.
+#: Libraries that need no reference: their blocks and types belong to the standard or are built in.
 _KNOWN = ("TC2_STANDARD", "TC2_SYSTEM", "TC3_MODULE")
 
 
@@ -155,7 +155,7 @@ def read_plcproj(file: Path) -> Project:
 
 
 def _settings(root: Element, *names: str) -> tuple[str, ...]:
-    """Return the texts of settings of the project, without empty ones."""
+    """Return the texts of some settings of the project, without empty texts."""
     texts = (one.text() for name in names for one in root.all("PropertyGroup", name))
     return tuple(dict.fromkeys(text for text in texts if text))
 
@@ -177,7 +177,7 @@ def _libraries(root: Element, file: Path) -> Iterator[Library]:
 
 
 def _below(folder: Path, named: PureWindowsPath) -> Path | None:
-    """Return the file in a folder, ignoring the case of its name, or None."""
+    """Return the file with this path in a folder, whatever the case of its name, or None."""
     place = folder
     for part in named.parts:
         step = place / part

@@ -1,4 +1,7 @@
-"""The XML reader for projects of PLC tools: elements have line numbers, unsafe XML is refused."""
+"""The XML reader for projects of PLC tools.
+
+Elements have line numbers, and unsafe XML is refused.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,8 @@ _DECLARED = re.compile(
     rb"(?:\xef\xbb\xbf)?<\?xml\s[^>]*?encoding\s*=\s*[\"']([A-Za-z][\w.\-]*)[\"']"
 )
 _PROLOG = 400
-#: Multi-byte encodings with their names in Python. Windows uses these names for larger encodings.
+#: Multi-byte encodings, with the codecs of Python. Windows uses these names for encodings with more
+#: characters, so the codecs are the larger ones.
 _CODECS = {
     **dict.fromkeys(("shiftjis", "sjis", "xsjis", "mskanji", "windows31j", "cp932"), "cp932"),
     **dict.fromkeys(("eucjp", "xeucjp"), "euc_jp"),
@@ -39,7 +43,7 @@ _NARROW = re.compile(r"(us)?ascii|(iso8859|latin|windows|cp|koi8|mac)\w+")
 
 @dataclass(eq=False)
 class Element:
-    r"""An element; names are without their name spaces.
+    r"""An XML element; names have no namespace prefix.
 
     Attributes:
         at: The line of its start tag.
@@ -76,7 +80,10 @@ class Element:
         return found[0] if found else None
 
     def below(self, *names: str) -> Iterator[Element]:
-        """Yield all elements with these names below this one, in order, but not nested ones."""
+        """Yield all elements with these names below this one, in order.
+
+        An element inside a yielded element is left out.
+        """
         for child in self.children:
             if child.name in names:
                 yield child
@@ -135,7 +142,7 @@ def _as_utf8(content: bytes, name: str, file: Path) -> bytes:
     """
     key = re.sub(r"[-_ ]", "", name.lower())
     if key.startswith("utf16"):
-        return content  # 8-bit characters cannot be UTF-16; this is UTF-8
+        return content  # a declaration in 8-bit characters contradicts UTF-16: the content is UTF-8
     hint = "export it again as UTF-8, or declare its encoding in the first line"
     codec = _CODECS.get(key) or (name if _NARROW.fullmatch(key) else "unknown")
     try:

@@ -16,8 +16,8 @@ from structured_text.language.source import Extract, origin, source_text
 
 __all__ = ["STOPS", "VARIABLE", "Assertion", "Copies", "with_assertions"]
 
-#: The kind of a broken assertion's obligation. No other statement shifts by a literal below 0; file
-#: and line distinguish an assertion from a shift by a variable.
+#: The kind of the obligation for a broken assertion. No other statement shifts by a negative
+#: literal. File and line distinguish an assertion from a shift by a variable.
 STOPS = "shift"
 _COMMENT = re.compile(
     r"\(\*\s*prove\s*:(?P<block>.*?)\*\)|//\s*prove\s*:(?P<line>[^\n]*)", re.S | re.I
@@ -42,7 +42,7 @@ class Copies:
     """Copies of a program's files in which assertions are statements.
 
     Attributes:
-        files: The copies; each line is where it was in the original.
+        files: The copies; each line has the same number as in the original.
         assertions: The assertions found.
         originals: The original file of each copy.
     """
@@ -66,11 +66,12 @@ def with_assertions(files: Sequence[Path], folder: Path) -> Copies:
     for number, file in enumerate(files):
         text, assertions = _with_statements(file)
         lines = getattr(file, "lines", None)
-        # The copy of an extract is Structured Text, whatever the format of its project is.
+        # The text of an extract is Structured Text even if its file has another format, so its copy
+        # ends in `.st`.
         copy = folder / str(number) / (file.name if lines is None else f"{file.name}.st")
         copy.parent.mkdir(parents=True)
         copy.write_text(text, encoding="utf-8")
-        if lines is not None:  # the line numbers are those of a project file
+        if lines is not None:  # the lines keep their numbers in the project file
             changed = zip(lines, text.splitlines(), strict=True)
             texts = tuple(replace(old, text=new) for old, new in changed)
             copy = Extract.make(copy, texts, unread=getattr(file, "unread", ()))
@@ -115,7 +116,8 @@ def _with_statements(file: Path) -> tuple[str, list[tuple[int, str]]]:
 def _declared(text: str, heads: set[int]) -> str:
     """Return the text with the variable declared in each POU that has assertions.
 
-    `heads` counts the POUs with assertions in the text before any statement was inserted.
+    `heads` has the offsets of these POUs before any statement was inserted; it is empty without
+    assertions.
     """
     number = len(heads)
     if not number:

@@ -90,7 +90,7 @@ class ExpressionTerms:
         alternative per element, with the condition that the index selects it.
 
         Raises:
-            UnsupportedError: an expression of another kind.
+            UnsupportedError: The expression is not a variable and not a result of a function.
         """
         if isinstance(node, t.Use):
             return self._machine.root(node.symbol)
@@ -330,7 +330,7 @@ class ExpressionTerms:
         raise UnsupportedError(f"the standard function {name} is not supported")
 
     def _known(self, node: t.Standard, arguments: list[Value]) -> None:
-        """Record an operation with known arguments if its result may leave its type."""
+        """Record an operation with known operands if its result may leave its type."""
         source, kind = node.arguments[0].type, node.type
         if not is_known(arguments[0]):
             return
@@ -361,7 +361,7 @@ class ExpressionTerms:
 
     def _bounded(self, name: str, arguments: list[Value], kind: Type) -> Value:
         def bound(op: str, one: Value, other: Value) -> Value:
-            """Return `one` if it is beyond `other`, else `other`."""
+            """Return `one` if it lies beyond the limit `other`, else `other`."""
             return values.choose(values.compare(op, one, other, kind), one, other, kind)
 
         if name == "LIMIT":
@@ -503,7 +503,7 @@ class ExpressionTerms:
         return value
 
     def _to_moment(self, source: str, target: str, value: Value, node: t.Standard) -> Value:
-        """Return a number or moment converted to a TIME or date type.
+        """Return a number, duration or date converted to a TIME or date type.
 
         Numbers count seconds; numbers of the L types count nanoseconds. Raise UnsupportedError if a
         date and time is converted to its date or its time of day.
@@ -544,5 +544,5 @@ class ExpressionTerms:
 
 _DINT, _TIME = ELEMENTARY["DINT"], ELEMENTARY["TIME"]
 
-#: Functions that this module folds itself, also with known arguments, without the engine's code.
+#: Functions that this module computes itself for known arguments; all others use the engine's code.
 _OWN = ("AND", "OR", "XOR", "ADD", "MUL", "MOVE", "SEL", "MUX", "LEN", "CONCAT")

@@ -1,4 +1,4 @@
-"""Inductive invariants of a user's variables: generate candidates, discard those a scan breaks.
+"""Inductive invariants of a user's variables: candidates are generated, then tested by a scan.
 
 The induction step starts from any state, also from states that no run reaches. Invariants exclude
 such states. Candidates are simple relations between variables and constants of the program. The
@@ -31,7 +31,7 @@ __all__ = ["Candidate", "Look", "candidates", "constants", "kept"]
 #: Highest number of BOOL variables for which pairs are tried.
 _PAIRS = 40
 
-#: A function that returns a scalar of a memory as a term.
+#: A function that returns a scalar of some memory as a term, given its path.
 Look = Callable[[Path], Any]
 
 
@@ -45,7 +45,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class _Variable:
-    """A variable of the user's own code, with its place, type and initial value."""
+    """A variable of the user's own code: its path, its type and its initial value."""
 
     path: Path
     type: Type
@@ -173,7 +173,7 @@ def _look(machine: Machine, memory: Mapping[Path, Any]) -> Look:
 
 
 def constants(project: Project, files: Container[str]) -> set[int]:
-    """Return the integers in the code and array bounds of some files, and each of them minus 1."""
+    """Return the integers in the code and array bounds of some files, and each integer minus 1."""
     found = {0, 1}
     for pou in project.pous.values():
         if pou.file not in files:

@@ -1,4 +1,4 @@
-"""Standard functions of known arguments, computed with the code of the built-in engine."""
+"""Results of standard functions with known arguments, from the code of the built-in engine."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["result"]
 
 
 def result(node: t.Standard, arguments: list[Value], rules: Dialect) -> tuple[Value, str]:
-    """Return the result of a call, and the kind of the obligation that it breaks, or "".
+    """Return the result of a call, and the kind of the obligation that it breaks or "".
 
     The call breaks an obligation if the engine's code raises an error. Its result is then 0 or an
     empty text.
@@ -32,7 +32,7 @@ def result(node: t.Standard, arguments: list[Value], rules: Dialect) -> tuple[Va
 
 
 def _refusal(name: str) -> str:
-    """Return the kind of the obligation of a function; the same for known and unknown arguments."""
+    """Return the kind of the obligation of a function, for known and for unknown arguments."""
     if name in ("SHL", "SHR"):
         return "shift"
     if name in ("DIV", "MOD"):

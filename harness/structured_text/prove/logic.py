@@ -36,7 +36,7 @@ class UnsupportedError(Exception):
 
 
 def is_known(value: Any) -> bool:
-    """Return whether it is a Python number or truth value."""
+    """Return whether a value is a Python number or truth value."""
     return isinstance(value, (bool, int))
 
 

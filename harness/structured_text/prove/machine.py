@@ -3,8 +3,8 @@
 Memory is a table of scalars by path (`("MAIN", "Y", 3)`); a long array of scalars is one array
 term. Both branches of an IF are run and joined. A loop is unrolled until its condition cannot hold
 any more. Some operations would stop an engine: an index outside its array, a division by zero, a
-conversion out of range. Each is recorded as an obligation, with the condition under which it
-happens.
+conversion out of range. Each such operation is recorded as an obligation, with the condition under
+which it fails.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _BOOL = ELEMENTARY["BOOL"]
 #: Highest number of rounds to which a loop is unrolled; a longer loop is refused.
 _ROUNDS = 4096
 #: Number of rounds after which the solver checks only every 16th time whether another round is
-#: possible. A superfluous round changes nothing, because its condition cannot hold.
+#: possible. An additional round changes nothing, because its condition cannot hold.
 _ASKED = 16
 
 #: The condition of a branch, and the function that runs it.
@@ -47,7 +47,7 @@ _Branch = tuple[Bool, Callable[[], None]]
 
 @dataclass(frozen=True)
 class Obligation:
-    """An operation that must not fail: its `kind` (index, division, ...), place and condition.
+    """An operation that must not fail, with its `kind` (index, division, ...) and its position.
 
     `when` is the condition under which it fails. `properties.Watch` reads these.
     """
@@ -69,7 +69,7 @@ class Call:
 
 @dataclass
 class _Frame:
-    """The frame of a running POU: the places of its variables."""
+    """The frame of a running POU, with the places of its variables in the memory."""
 
     pou: t.Pou
     roots: dict[str, Alternatives] = field(default_factory=dict)
@@ -137,10 +137,11 @@ class Machine(SymbolicMemory):
         self._guards.pop()
 
     def possible(self, condition: Bool) -> bool:
-        """Return whether a condition can hold here; also True if the solver times out.
+        """Return whether a condition can hold here; True if the solver times out.
 
-        An undecided condition must count as possible: then the loop is unrolled one round too far,
-        which does no harm. The opposite would omit runs and make a proof unsound.
+        An undecided condition counts as possible. Then a loop is at worst unrolled for one more
+        round, which does no harm. If it counted as impossible, the proof would omit runs and be
+        unsound.
         """
         if isinstance(condition, bool):
             return condition
@@ -218,7 +219,7 @@ class Machine(SymbolicMemory):
         self._at = at
 
     def root(self, symbol: t.Symbol) -> Alternatives:
-        """Return the places of a variable of the running POU."""
+        """Return the places in the memory for a variable of the running POU."""
         name = symbol.name.upper()
         if symbol.section == "VAR_EXTERNAL":
             name = symbol.source or name
@@ -236,9 +237,8 @@ class Machine(SymbolicMemory):
     def _statements(self, statements: tuple[t.Statement, ...]) -> _Left:
         """Run statements in order; return the conditions under which the POU or loop is left.
 
-        If a statement may have left it (RETURN, EXIT) under a condition, the remaining statements
-        run as one branch under the negated condition. If it has left it in any case, the remaining
-        statements are not run.
+        If a RETURN or EXIT is reached under a condition, the remaining statements run as one branch
+        under the negated condition. If it is reached in any case, they do not run.
         """
         left = _Left()
         for number, statement in enumerate(statements):
@@ -286,10 +286,10 @@ class Machine(SymbolicMemory):
     ) -> dict[Path, Value]:
         """Return the memory after several branches, with a choice for each changed value.
 
-        `results` holds the memory at the end of each branch with the condition of that branch.
-        `covered` says that one of the branches was taken in any case; otherwise `before` is a
-        further alternative. Only values that differ from `before` by identity are joined, so that
-        terms stay small.
+        `results` holds the memory at the end of each branch with the condition of that branch. If
+        `covered`, one of the branches was taken in any case; otherwise `before` is a further
+        alternative. Only values that differ from `before` by identity are joined, so that terms
+        stay small.
         """
         if not results:
             return before
@@ -301,7 +301,7 @@ class Machine(SymbolicMemory):
         joined = dict(before)
         for path in changed:
             if path not in before:
-                continue  # A temporary variable of a function is not read again.
+                continue  # No statement reads a temporary variable of a function after the branch.
             *first, (_, last) = results
             value = last[path] if covered else before[path]
             for condition, memory in reversed(first if covered else results):
@@ -371,7 +371,7 @@ class Machine(SymbolicMemory):
     def _connected(self, node: t.Variable, written_back: list[Callable[[], None]]) -> Alternatives:
         """Return the places of a variable that is connected to a VAR_IN_OUT.
 
-        An element of a long array is not a place of its own. It is copied into a temporary
+        An element of a long array has no path of its own. The element is copied into a temporary
         variable, and a function that writes it back is added to `written_back`.
         """
         found = self.expressions.long_element(node)
@@ -500,7 +500,8 @@ class _Ends:
             return True
         down = -int(node.step.value) if isinstance(node.step, t.Constant) else 0
         kind, more = node.counter.type, True
-        if down > 0 and INT_RANGE[type_name(kind)][0] == 0:  # below 0 the loop ends
+        # an unsigned counter cannot go below 0, so the loop ends
+        if down > 0 and INT_RANGE[type_name(kind)][0] == 0:
             counter = self._machine.expressions.exact(node.counter)
             more = values.compare(">=", counter, down, kind)
         self._machine.assign(t.Assign(node.counter, self._step, node.at))
@@ -515,7 +516,7 @@ class _Left:
     exits: Bool = False
 
     def all(self) -> Bool:
-        """Return the condition under which either has been left."""
+        """Return the condition under which the POU or the loop has been left."""
         return either(self.returns, self.exits)
 
     def take(self, other: _Left, under: Bool = True) -> None:

@@ -1,4 +1,4 @@
-"""A state that the solver has found, in the words of the program: declared names and literals."""
+"""The names and literals of the program for a state that the solver has found."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Names:
         self._around = around
 
     def told(self, model: Any, variable: Any) -> str:
-        """Return a variable of the solver with its value, as in `Main.Stage = CELL_IDLE`.
+        """Return a solver variable with its value in the program's words: `Main.Stage = CELL_IDLE`.
 
         The result is empty for a variable that is not in the program, such as the clock or the
         inner state of a timer.
@@ -59,7 +59,7 @@ class Names:
         return ""
 
     def declared(self, place: Path) -> tuple[str, Type] | None:
-        """Return the path of a variable as in the source, and its type; else None."""
+        """Return a variable's declared path and its type; None if it is not declared."""
         if place[:2] not in self._roots:
             return None
         text, kind = self._roots[place[:2]]

@@ -30,20 +30,20 @@ __all__ = [
 ]
 
 Span = tuple[int, int]
-#: The range of a TIME of 64 bits.
+#: The range of a duration with 64 bits.
 NANOSECONDS: Span = (-(1 << 63), (1 << 63) - 1)
 
 
 @dataclass(frozen=True)
 class Operation:
-    """An arithmetic operation that was run, with its place.
+    """An arithmetic operation that was run, with its position in the source.
 
     Attributes:
         pou: The POU that contains it.
         line: The line where its statement begins.
-        reached: The conditions under which it is run.
-        leaves: Returns whether the result leaves its type, given the range of a TIME. The term is
-            created only on request.
+        reached: The condition under which the operation is run.
+        leaves: A function that returns the condition that the result leaves its type, for a range
+            of TIME. The term is created only on request.
     """
 
     node: t.Expression
@@ -54,7 +54,7 @@ class Operation:
     leaves: Callable[[Span], Bool]
 
     def when(self, time: Span = NANOSECONDS) -> Bool:
-        """Return the condition under which it is run and leaves its type."""
+        """Return the condition under which the operation is run and its result leaves the type."""
         leaves = self.leaves(time)
         return False if leaves is False else both(*self.reached, leaves)
 
@@ -129,7 +129,10 @@ def arithmetic(op: str, left: Value, right: Value, kind: Type, time: Span) -> Bo
 
 
 def _with_known(op: str, left: Value, number: int, low: int, high: int, kind: Type) -> Bool:
-    """Return the condition for an operation with a constant, as at most two comparisons."""
+    """Return the condition that an operation with a constant leaves its type.
+
+    It needs at most two comparisons.
+    """
     if op in "+-":
         by = number if op == "+" else -number
         return _outside(left, low - by if by < 0 else low, high - by if by > 0 else high, kind)
@@ -149,7 +152,7 @@ def _product(left: Value, right: Value, low: int, high: int, kind: Type) -> Bool
 
 
 def beyond_bits(op: str, left: Value, right: Value, kind: Type) -> Bool:
-    """Return the condition that a signed result (+ - *) does not fit the bit-vector of its type."""
+    """Return the condition that the result of a signed +, - or * does not fit its bit-vector."""
     a, b = values.scalar(kind, left), values.scalar(kind, right)
     if op == "*":
         fits = z3.And(z3.BVMulNoOverflow(a, b, True), z3.BVMulNoUnderflow(a, b))

@@ -1,6 +1,6 @@
 """The machine that runs a whole program of a user symbolically.
 
-It distinguishes calls in the user's own code from calls inside the library.
+It distinguishes calls of library blocks in the user's own code from calls inside the library.
 """
 
 from __future__ import annotations
@@ -60,10 +60,10 @@ class ProgramMachine(Machine):
         self.until = math.inf
 
     def possible(self, condition: Bool) -> bool:
-        """Return whether a condition can hold at this point, in a state that may be anything.
+        """Return whether a condition can hold at this point; True if the solver does not decide it.
 
-        The check uses a new solver each time. For terms as large as these, that is far faster than
-        an incremental solver. Raise UnsupportedError if `until` has passed.
+        The check uses a new solver each time. For terms as large as those of a program, a new
+        solver is far faster than an incremental one. Raise UnsupportedError if `until` has passed.
         """
         if isinstance(condition, bool):
             return condition
@@ -114,7 +114,10 @@ class ProgramMachine(Machine):
             self.assume(self[error] == (self.term(code) != 0))
 
     def call_function(self, name: str, arguments: list[Any]) -> Any:
-        """Run a function; in outline mode, return any legal value for a library function."""
+        """Run a function.
+
+        In outline mode, a library function returns any legal value.
+        """
         pou = self.project.pous[name]
         outside = self._outline and pou.file in self._library and pou.result is not None
         if not outside or not is_scalar(pou.result.type):  # type: ignore[union-attr]

@@ -21,7 +21,7 @@ from structured_text.prove.symbolic_memory import Path
 
 __all__ = ["ONCE", "STEADY", "Key", "Library", "Watch", "inner_written", "title"]
 
-#: The identity of a property: its kind, and the file and line if it has a place (else "" and 0).
+#: The identity of a property: its kind, and its file and line (if it has none: "" and 0).
 Key = tuple[str, str, int]
 
 ONCE: Key = ("once", "", 0)
@@ -55,8 +55,8 @@ class Library:
 
     Attributes:
         areas: Blocks that begin (`read`) and end (`write`) the scan of their user, by upper-case
-            name. Each may be called only once in a scan. In a scan that calls `write`, every busy
-            block must be called.
+            name. A program may call each of them only once in a scan. In a scan that calls `write`,
+            every busy block must be called.
         reference: The name of a structure that only the library may write; empty if there is none.
         milliseconds: The name of a function that counts the milliseconds of a duration in a long
             loop.
@@ -73,7 +73,7 @@ class Library:
 
 @dataclass(frozen=True)
 class Watch:
-    """An observer of scans that returns the condition under which a scan breaks each property."""
+    """An observer of scans; it returns the conditions under which a scan breaks properties."""
 
     project: Project
     copies: Copies
@@ -141,7 +141,7 @@ class Watch:
         return [*rules, *(("assert", *place) for place in sorted(self._asserted))]
 
     def alone(self, key: Key, when: Bool, machine: ProgramMachine) -> Bool:
-        """Return the condition that a property is broken and no other obligation stops the scan."""
+        """Return the condition that a property is broken and no other obligation is."""
         others = [one.when for one in machine.obligations if self._key(one) != key]
         return both(when, *map(negated, others))
 
@@ -184,7 +184,7 @@ class Watch:
 
 
 def _blocks(path: Path, kind: Type) -> Iterator[tuple[Path, BlockType]]:
-    """Yield the instances that a variable holds."""
+    """Yield the block instances inside a variable, each with its path."""
     if isinstance(kind, BlockType):
         yield path, kind
     elif isinstance(kind, ArrayType) and isinstance(kind.element, (ArrayType, BlockType)):
@@ -212,7 +212,7 @@ def inner_written(
 
 
 def _into_reference(variable: Any, reference: str, statement: Any) -> str | None:
-    """Return the name of the reference that an access writes into, or None.
+    """Return the name of the reference through which an access writes, or None.
 
     Passing a whole reference as VAR_IN_OUT does not count as a write.
     """

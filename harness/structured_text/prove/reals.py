@@ -43,13 +43,14 @@ _SIGN, _MAGNITUDE, _INFINITE = 1 << 31, (1 << 31) - 1, 0x7F80_0000
 
 @dataclass(frozen=True)
 class Real:
-    """A number.
+    """A REAL or LREAL number.
 
     Attributes:
         value: A Python float if it is known. Otherwise a REAL is its pattern, a bit-vector of 32
             bits; an LREAL, or a REAL with double precision, is a double-precision term.
         double: Whether it is an LREAL, or a REAL that is not rounded yet.
-        halved: +1 or -1: the value is a pattern that is still to be doubled or halved.
+        halved: +1 if the value is a pattern that is still to be doubled, -1 if it is still to be
+            halved, else 0.
     """
 
     value: Any
@@ -58,7 +59,7 @@ class Real:
 
     @property
     def known(self) -> bool:
-        """Return whether it is a Python number."""
+        """Return whether the value is a Python number."""
         return isinstance(self.value, float)
 
 
@@ -163,7 +164,7 @@ def _is_nan(number: Real) -> Bool:
 
 
 def _key(number: Real) -> Any:
-    """Return bits whose unsigned order is the order of the numbers; both zeros have the same."""
+    """Return bits with an unsigned order that is the order of the numbers; both zeros are equal."""
     pattern = _pattern(number)
     if isinstance(pattern, int):
         pattern = 0 if pattern == _SIGN else pattern
@@ -225,7 +226,7 @@ def arithmetic(op: str, left: Real, right: Real, kind: str) -> Real:
     """Return the sum, difference, product or quotient in the precision that the engines use.
 
     Raises:
-        UnsupportedError: a power.
+        UnsupportedError: The operation is a power.
     """
     if op not in ("+", "-", "*", "/"):
         raise UnsupportedError(f"{op} of REAL is not supported")
@@ -275,7 +276,7 @@ def from_integer(value: Any, kind: str, *, signed: bool) -> Real:
 
 
 def in_range(number: Real, low: int, high: int) -> Bool:
-    """Return whether the nearest whole number lies within these limits."""
+    """Return the condition that the nearest whole number lies within these limits."""
     if number.known:
         return math.isfinite(number.value) and low <= round(number.value) <= high
     rounded = z3.fpRoundToIntegral(z3.RNE(), _double(number))
@@ -304,7 +305,7 @@ def to_integer(number: Real, width: int, *, signed: bool) -> Any:
 
 
 def fits(number: Real, width: int, *, signed: bool) -> Bool:
-    """Return whether the number, truncated towards zero, has at most this many bits."""
+    """Return the condition that the number, truncated towards zero, has at most this many bits."""
     low, high = (-(1 << width - 1), 1 << width - 1) if signed else (0, 1 << width)
     if number.known:
         return math.isfinite(number.value) and low <= math.trunc(number.value) < high

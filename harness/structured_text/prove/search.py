@@ -21,7 +21,7 @@ __all__ = ["Counterexample", "Search", "SearchEndedError", "value_of"]
 
 @dataclass(frozen=True)
 class ScanInput:
-    """The input before one scan: bytes and status of each device, and the inputs by path."""
+    """The input before one scan: bytes and status of each device, and the variables set by path."""
 
     t_us: int
     areas: dict[int, tuple[bytes, bool]]
@@ -44,15 +44,15 @@ class Counterexample:
 
 
 class SearchEndedError(Exception):
-    """The error for a search that reached its time limit without a decision."""
+    """The error for a search that has reached its time limit without a decision."""
 
 
 @dataclass
 class Search:
     """A bounded search that unrolls a program scan by scan, with all inputs from its surroundings.
 
-    The first scan is at 0. `machine.own` holds the calls in all files outside the library; see
-    `ProgramMachine`.
+    The first scan runs at time 0. `machine.own` holds the calls in all files outside the library;
+    see `ProgramMachine`.
 
     Attributes:
         given: The input from the surroundings before each scan.
@@ -113,11 +113,12 @@ class Search:
         """Return a run in which `broken` holds in the scans unrolled so far, or None.
 
         Raises:
-            SearchEndedError: not decided in this many seconds.
+            SearchEndedError: The solver has not decided the condition within `limit_s` seconds.
         """
         if broken is False:
             return None
-        # A new solver each time is faster: its preprocessing saves more than learned clauses would.
+        # A new solver for each search is faster: its preprocessing saves more than learned clauses
+        # would.
         solver = z3.SolverFor("QF_AUFBVFP")
         solver.set("timeout", max(int(limit_s * 1000), 1))
         solver.add(*self.machine.assumptions, *self.names, broken)
@@ -179,7 +180,7 @@ def _as_bits(term: Any) -> Any:
 
 
 def signed(kind: Type, raw: int) -> Any:
-    """Return the number, truth value or member that the bits of a value mean."""
+    """Return the number, truth value or member that the bits of a value represent."""
     if kind == ElementaryType("BOOL"):
         return bool(raw)
     width = values.bits(kind)

@@ -1,4 +1,4 @@
-"""The standard function blocks on terms: the counterpart of `engines.builtin.blocks`."""
+"""The standard function blocks on terms, with the behaviour of `engines.builtin.blocks`."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def memory(name: str) -> tuple[tuple[str, str], ...]:
 
 
 class _Machine(Protocol):
-    """The memory and time of a `machine.Machine`."""
+    """The memory and the time of a `machine.Machine`, as the blocks use them."""
 
     now: Value
     project: Project
@@ -52,7 +52,7 @@ class _Machine(Protocol):
 
 
 class _Instance:
-    """An instance with access to its pins and memory by name."""
+    """An instance of a block; its pins and its memory are read as attributes."""
 
     def __init__(self, machine: _Machine, path: tuple[Any, ...], name: str) -> None:
         self._machine = machine
@@ -82,7 +82,7 @@ class _Instance:
         return self._types[slot]
 
     def is_phase(self, phase: int) -> Bool:
-        """Return whether a timer is in a phase: 0 idle, 1 running, 2 ended."""
+        """Return the condition that a timer is in a phase: 0 idle, 1 running, 2 expired."""
         return values.compare("=", self["phase"], phase, _PHASE)
 
     def elapsed(self) -> Value:
@@ -168,13 +168,13 @@ def _above(s: Any) -> Bool:
 
 
 def _more(s: Any) -> Bool:
-    """Return whether a counter may still count up."""
+    """Return the condition that a counter may still count up."""
     most, _ = counter_limits(s.name, s.rules)
     return _below(s) if most is None else values.compare("<", s["CV"], most, s.kind("CV"))
 
 
 def _less(s: Any) -> Bool:
-    """Return whether a counter may still count down."""
+    """Return the condition that a counter may still count down."""
     _, least = counter_limits(s.name, s.rules)
     return values.compare(">", s["CV"], least, s.kind("CV"))
 

@@ -1,6 +1,6 @@
 """Summaries for functions that count in a long loop, so that a program can be run on terms.
 
-Unrolling such a loop would give as many rounds as there are milliseconds.
+Without a summary, such a loop would be unrolled into one round per millisecond.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ __all__ = ["Summaries", "literals", "one_of", "summaries"]
 
 #: Largest result of such a function: 20 days in milliseconds.
 _LONGEST_MS = 1_728_000_000
-#: Highest number of durations that are tried one by one.
+#: Greatest number of durations for which the function is run one by one.
 _MOST = 32
 
 
@@ -29,8 +29,9 @@ Summaries: TypeAlias = dict[str, Callable[[Machine, list[Any]], Any]]
 def summaries(milliseconds: str, *, exact: bool) -> Summaries:
     """Return the summary of a function that counts the milliseconds of a duration.
 
-    If `exact`, the result is exactly that of its body (for runs); else it is any number in its
-    range (for proofs). An empty name means that there is none.
+    If `exact`, the summary gives the result of the function's body, as runs need it. Otherwise it
+    gives any number in the range of the function, as proofs need it. Without a name there is no
+    summary.
     """
     name = milliseconds.upper()
     return {name: partial(_each_duration if exact else _any_count, name)} if name else {}
@@ -56,7 +57,7 @@ def _each_duration(name: str, machine: Machine, arguments: list[Any]) -> Any:
 def _any_count(name: str, machine: Machine, arguments: list[Any]) -> Any:
     """Return any number in the range of the function.
 
-    The library that names the function must prove that range.
+    The library with the function must prove this range.
     """
     if isinstance(arguments[0], int):
         return _body(name, machine, arguments)

@@ -25,7 +25,7 @@ __all__ = ["Given", "Input", "Surroundings", "path_of"]
 
 @dataclass(frozen=True)
 class Input:
-    """A variable that may be set from outside before each scan; the name is its path in a cell."""
+    """A variable that may be set from outside before each scan, with its path as a name."""
 
     name: str
     path: Path
@@ -34,7 +34,7 @@ class Input:
 
     @property
     def searched(self) -> bool:
-        """Return whether a stimulus can set it to any value that the solver chooses."""
+        """Return whether a stimulus can set the input to every value that the solver may choose."""
         if isinstance(self.type, EnumType):
             return True
         name = self.type.name if isinstance(self.type, ElementaryType) else ""
@@ -43,7 +43,7 @@ class Input:
 
 @dataclass(frozen=True)
 class Given:
-    """The input before a scan, as terms: bytes and status of each device, and the inputs."""
+    """The input before a scan, as terms: bytes and status of each device, and input variables."""
 
     areas: dict[int, tuple[list[Any], Any]]
     inputs: dict[str, Any]
@@ -57,7 +57,8 @@ class Surroundings:
 
     Attributes:
         inputs: Variables that no program writes, for example those of a panel or a scanner.
-        linked: Places of the status of each device's connection, by the number of the device.
+        linked: The connection status of each device, by the number of the device, as paths in the
+            memory.
     """
 
     def __init__(self, project: Project) -> None:
@@ -80,7 +81,8 @@ class Surroundings:
 
         Returns:
             The bytes of each device and its connection status as terms, by the number of the
-                device. Their names begin with `area.` and `connected.`, followed by that number.
+            device. The names of the terms begin with `area.` and `connected.`, followed by the
+            device's number.
         """
         del machine, number
         return {}

@@ -22,9 +22,9 @@ from structured_text.prove.values import Value
 
 __all__ = ["Alternatives", "Leaf", "Path", "SymbolicMemory", "leaves"]
 
-#: Names and positions, from the outermost variable inwards.
+#: The path of a variable: names and positions, from the outermost variable inwards.
 Path = tuple[Any, ...]
-#: The places that an access may refer to, each with its condition; one of the conditions holds.
+#: The paths that an access may refer to, each with its condition; exactly one condition holds.
 Alternatives = list[tuple[Bool, Path]]
 #: Arrays of scalars with more elements than this are stored as one array term.
 _LONG = 64
@@ -39,7 +39,7 @@ class Leaf:
 
     @property
     def long(self) -> bool:
-        """Return whether it is an array that is stored as one term."""
+        """Return whether the leaf is an array that is stored as one term."""
         return isinstance(self.type, ArrayType)
 
 
@@ -81,7 +81,8 @@ class SymbolicMemory:
 
     Attributes:
         assumptions: The conditions that are assumed, for example the range of an arbitrary value.
-        places: The variable behind the name of each solver variable that stands for any value.
+        places: The path of the variable that a solver variable stands for, by the name of the
+            solver variable.
     """
 
     def __init__(self, project: Project) -> None:
@@ -107,7 +108,7 @@ class SymbolicMemory:
         return f"{name}!{self._fresh}"
 
     def create(self, path: Path, kind: Type, initial: Any = None) -> None:
-        """Create a variable with its initial value; a block gets those of its variables."""
+        """Create a variable with its initial value; in a block, each variable gets its own."""
         if isinstance(kind, BlockType):
             if kind.name in BLOCKS:
                 for leaf in self.leaves(kind):
@@ -165,7 +166,10 @@ class SymbolicMemory:
         return path in self._memory
 
     def term(self, path: Path, memory: Mapping[Path, Value] | None = None) -> Any:
-        """Return a scalar as a term, even if its value is known; `memory` is a snapshot to read."""
+        """Return a scalar as a term, even if its value is known.
+
+        `memory` is a snapshot to read instead of the current memory.
+        """
         value = (self._memory if memory is None else memory)[path]
         kind = self._types[path]
         return value if isinstance(kind, ArrayType) else values.scalar(kind, value)

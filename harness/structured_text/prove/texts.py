@@ -39,13 +39,13 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Text:
-    """A text.
+    """The value of a STRING.
 
     Attributes:
         size: Number of characters, an `int` or a bit-vector of 16 bits.
         most: The upper limit of `size`.
-        make: Returns the character at a position, from 0 on. A character after the end has no
-            meaning.
+        make: A function that returns the character at a position, from 0 on. A character after the
+            end has no meaning.
         made: The characters created so far.
     """
 
@@ -148,7 +148,7 @@ def compare(op: str, left: Text, right: Text) -> Bool:
 
 
 def _below(left: Text, right: Text) -> Bool:
-    """Return whether the first text is less than the second."""
+    """Return the condition that the first text is less than the second."""
     if known(left) and known(right):
         return plain(left) < plain(right)
     result: Bool = False
@@ -180,7 +180,7 @@ def left(text: Text, count: Any) -> Text:
 
 
 def _wide(value: Any) -> Any:
-    """Return a count that is not negative as 16 bits, limited to 65535."""
+    """Return a count that is not negative as 16 bits; greater counts become 65535."""
     if is_known(value):
         return z3.BitVecVal(min(max(value, 0), 0xFFFF), 16)
     if value.size() <= 16:

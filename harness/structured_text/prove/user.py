@@ -36,17 +36,18 @@ from structured_text.prove.values import TIME_BITS
 
 __all__ = ["NOTED", "Bench", "Replayed", "Result", "Settings", "prove"]
 
-#: Status of a property that may be broken without being a fault.
+#: Status of arithmetic that may leave its type, if this is not treated as a fault.
 NOTED = "noted"
 
-#: Scan period with which a search soon reaches events that take a robot's time [us].
+#: A long scan period [us], with which a search of few scans reaches events that take seconds.
 _LONG_US = 300_000
 #: Highest number of scans of a search.
 _SCANS = 400
-#: Scans of the first search; it finds early violations with the period that the user chose.
+#: Scans of the first search, which finds early violations with the user's own scan period.
 _FIRST = 6
 _SHOWN = 8
-#: Kinds that do not stop an engine. No run can show them, so they are proved or unknown.
+#: Kinds of obligations that do not stop an engine. No run can show that they are broken, so they
+#: are proved or unknown.
 _STOPS_NOTHING = ("conversion", "time", "overflow")
 
 _INPUTS = "Nothing but the inputs is set from outside of the program."
@@ -61,7 +62,7 @@ class Settings:
         scan_us: Scan period of a run that is searched for [us].
         limit_s: Time limit for each property [s].
         out: Folder for stimulus files and charts.
-        overflow: Treat arithmetic that may leave its type as a property like the others.
+        overflow: Whether arithmetic that may leave its type counts as a property like the others.
         tell: A function that is called with progress messages.
     """
 
@@ -77,16 +78,17 @@ class Result:
     """The result for a property.
 
     Attributes:
-        name: Its kind and place.
-        says: The claim.
-        at: File and line, if it has a place.
+        name: Kind and position of the property.
+        says: The claim of the property, as a sentence.
+        at: File and line, if the property has a position.
         status: `proved`, `refuted` or `unknown`; `noted` for arithmetic that may leave its type,
             unless `Settings.overflow` is set.
-        seconds: Time spent on it.
-        assumes: The assumptions.
-        stimulus: The stimulus file of the run that breaks it.
+        seconds: Time spent on the property.
+        assumes: The assumptions of the proof.
+        stimulus: The stimulus file of a run that breaks the property.
         command: The command that replays that run.
-        note: Why it is unknown, with the state before the failing step; or what is broken.
+        note: The reason why the property is unknown, with the state before the failing step; or a
+            description of what is broken.
     """
 
     name: str
@@ -107,7 +109,7 @@ class Replayed:
     Attributes:
         scans: The number of scans that ran to their end.
         error: The error that stopped the program, or None.
-        differences: Variables whose values differ from those of the run; empty if they agree.
+        differences: Variables with other values than in the run that was found; empty if all agree.
         findings: The broken rules, as text.
     """
 
@@ -118,7 +120,7 @@ class Replayed:
 
 
 class Bench(Protocol):
-    """The interface to the environment of the programs under proof, and to its engine."""
+    """The interface to the surroundings of the programs, and to the engine for replays."""
 
     @property
     def name(self) -> str:
@@ -132,7 +134,7 @@ class Bench(Protocol):
         """Return the surroundings of a program, or raise InputError."""
 
     def blame(self, error: InputError) -> InputError:
-        """Return an error in the sources with the wording for users."""
+        """Return an error in the sources, with a message for users."""
 
     def replay(
         self,
@@ -159,7 +161,7 @@ def prove(sources: SourceFiles, settings: Settings, bench: Bench) -> tuple[list[
     """Prove a program's properties; return the results and the names of its inputs.
 
     Raises:
-        InputError: an error in the sources, or a program that cannot be run.
+        InputError: The sources have an error, or the program cannot be run.
     """
     own, library = sources.users
     with TemporaryDirectory() as folder:
@@ -225,8 +227,8 @@ class _Work:
     def results(self) -> list[Result]:
         """Return the results of all properties, after all methods have been tried.
 
-        Programs with several task intervals are only searched, because induction considers every
-        scan alike.
+        A program with several task intervals is only searched, because induction needs scans that
+        are all alike.
         """
         inner = [self._inner(self.bench.library.reference)] if self.bench.library.reference else []
         for key in self.watch.always:
@@ -256,7 +258,7 @@ class _Work:
             self.done[key] = replace(self.open.pop(key), status=NOTED, seconds=seconds)
 
     def _try(self, way: Callable[[], None]) -> None:
-        """Run one method on the open properties; note an unsupported construct."""
+        """Run one method on the open properties; note the reason if a construct is unsupported."""
         try:
             if self.open:
                 way()
@@ -318,7 +320,7 @@ class _Work:
         self.around.anything(machine)
         before = machine.snapshot()
         self.around.give(machine, 0, everything=True)
-        # Scan 0: programs with a longer interval run in it as well.
+        # Scan 0 also runs the programs with a longer interval.
         self.around.scan(machine, 0)
         wraps = self.watch.wraps(machine)
         self._operations |= {key: text for key, (text, _) in wraps.items()}
@@ -383,13 +385,13 @@ class _Work:
         return self.settings.limit_s - self._spent.get(key, 0.0)
 
     def _sought(self) -> list[Key]:
-        """Return the open properties that a run can show to be broken."""
+        """Return the open properties for which a search can find a run."""
         return [key for key in self.open if key[0] not in _STOPS_NOTHING]
 
     def _deeper(self, going: Search, scans: int, end: float) -> None:
         """Unroll scan after scan, and look for a run that breaks an open property in the last scan.
 
-        A property that is looked for must be broken alone: an engine would stop at another broken
+        The run must break only this property, because an engine would stop at another broken
         obligation first. After each scan its obligations are assumed to hold, because a run must
         reach the next scan.
         """
@@ -421,8 +423,8 @@ class _Work:
     def _found(self, key: Key, run: Counterexample) -> None:
         """Replay a run that the solver found, and record the result.
 
-        The property is refuted only if the built-in engine shows the violation, too. Otherwise the
-        translation is wrong; the result asks the user to report it.
+        The property counts as refuted only if the run on the built-in engine also breaks it.
+        Otherwise the translation is wrong; the result asks the user to report it.
         """
         result = self.open[key]
         name = result.name.replace(" ", "-").replace(":", "-")

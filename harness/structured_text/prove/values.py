@@ -59,7 +59,7 @@ __all__ = [
 
 Value = Any
 
-#: Width of a TIME. A literal has 64 bits; the other 8 leave room for the sums of one scan.
+#: Width of a TIME in bits. A literal has 64 bits; the other 8 leave room for the sums of one scan.
 TIME_BITS = 72
 ENUM_BITS = 16
 
@@ -83,7 +83,7 @@ def is_duration(kind: Type) -> bool:
 
 
 def is_signed(kind: Type) -> bool:
-    """Return whether the numbers of a type have a sign."""
+    """Return whether a type is signed."""
     name = type_name(kind)
     return name in SIGNED or name in MOMENTS
 
@@ -198,7 +198,7 @@ _UNSIGNED: dict[str, Callable[[Any, Any], Any]] = {
 
 
 def compare(op: str, left: Value, right: Value, kind: Type) -> Bool:
-    """Return the comparison (= <> < > <= >=) of two values of the same type."""
+    """Return the result of a comparison (= <> < > <= >=) of two values of the same type."""
     if isinstance(left, reals.Real):
         return reals.compare(op, left, right)
     if isinstance(left, texts.Text):

@@ -1,4 +1,4 @@
-"""The pytest plugin for users who test programs: coverage, runs with mutants.
+"""The pytest plugin for users who test programs: coverage, and runs with mutants.
 
 This module lists the settings. pytest loads the plugin in every run, so the module must not import
 anything else of the toolkit.

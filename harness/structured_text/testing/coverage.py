@@ -1,4 +1,7 @@
-"""Coverage in a run of pytest: each process counts, the controller of xdist merges the parts."""
+"""Coverage in a run of pytest.
+
+Each process counts. With pytest-xdist the controller merges the counts of its workers.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,7 @@ _FOLDER = "out/coverage"
 
 
 class Gathering(ABC):
-    """Hooks that count in this process, and collect the counts of xdist's workers.
+    """Hooks of pytest that count in this process and collect the counts of xdist's workers.
 
     `collector` counts in this process until the run ends.
     """
@@ -42,7 +45,7 @@ class Gathering(ABC):
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_testnodedown(self, node: Any) -> None:
-        """Collect the part of an xdist worker that has ended; a crashed worker has none."""
+        """Collect the counts of an xdist worker that has ended; a crashed worker has none."""
         part = (getattr(node, "workeroutput", None) or {}).get(_KEY)
         if part is None:
             self._lost.append(f"worker {node.gateway.id}")
@@ -50,7 +53,7 @@ class Gathering(ABC):
             self._parts.append(json.loads(part))
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
-        """Hand over this process's part to the controller; in the controller, report."""
+        """In a worker, send the counts to the controller; in the controller, write the report."""
         part = part_of(self._collector)
         output = getattr(session.config, "workeroutput", None)
         if output is not None:
@@ -60,7 +63,7 @@ class Gathering(ABC):
 
     @abstractmethod
     def report(self, session: pytest.Session, parts: list[Part], lost: list[str]) -> None:
-        """Report the merged parts of all processes, and the workers that have died."""
+        """Report the merged counts of all processes, and the workers that have died."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,8 @@
 """A run of pytest for `mutants`: the original with notes of each test's lines, or a mutant.
 
-The command names a file in the environment. The file says what this run must do and where it writes
-the result. Output files of the user's options go to a temporary folder.
+The command `mutants` puts the name of an order file into the environment. The order file says what
+this run must do and where it writes the result. Output files of the user's options go to a
+temporary folder.
 """
 
 from __future__ import annotations
@@ -35,10 +36,11 @@ _OUTPUTS = ("xmlpath", "htmlpath", "json_report_file", "allure_report_dir", "log
 
 
 def start(config: pytest.Config, order_file: Path) -> None:
-    """Execute the order in this run."""
+    """Execute an order in this run of pytest."""
     order = Order.read(order_file)
     _place_outputs(config, order)
-    if hasattr(config.option, "numprocesses"):  # no worker processes of xdist
+    # no worker processes of xdist: one process must see all tests
+    if hasattr(config.option, "numprocesses"):
         config.option.numprocesses, config.option.dist, config.option.tx = None, "no", []
     # Import by name, since the package has a function of the same name.
     chooser: Any = import_module("structured_text.engines.load")
@@ -89,7 +91,7 @@ class _Original(PerTest):
         config.add_cleanup(stack.close)
 
     def take(self) -> set[Any]:
-        """Return the counters that were counted since the last call, each as POU and index."""
+        """Return the counters that have changed since the last call, each as POU and index."""
         found: set[Any] = set()
         for number, one in enumerate(self._collector.counted):
             counters = one.counts.counters
@@ -151,7 +153,7 @@ class _Mutant:
 
     @pytest.hookimpl(trylast=True)
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        """Remove the other tests."""
+        """Remove the tests that the order does not name."""
         items[:] = wanted(self._order, items)
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
@@ -193,7 +195,7 @@ class _Server:
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
         """Execute orders until the other side closes the connection."""
         for file in self._order.sources:
-            parse(file)  # fill the parser's cache for the copies
+            parse(file)  # fill the parser's cache, which each copy of the process inherits
         gc.collect()
         gc.freeze()
         with socket.create_connection(("127.0.0.1", self._order.port)) as connection:

@@ -57,14 +57,14 @@ def add_options(parser: pytest.Parser, options: Mapping[str, Mapping[str, Any]])
 
 
 def check_keys(config: pytest.Config, names: Iterable[str]) -> None:
-    """Refuse unknown keys of the ini file, or of `-o`, that begin like the toolkit's.
+    """Refuse unknown keys of the ini file, or of `-o`, that begin as the toolkit's keys do.
 
     `names` are all known keys, for the message.
 
     Raises:
-        UsageError: one message, for pytest to print.
+        UsageError: An option has an unknown key. pytest prints the message.
     """
-    every = getattr(config, "_inicfg", None)  # since pytest 9.1, where inicfg warns
+    every = getattr(config, "_inicfg", None)  # pytest 9.1 and later warn if inicfg is read
     given = dict.fromkeys(config.inicfg if every is None else every, config.inipath)
     given |= {key.partition("=")[0].strip(): None for key in config.getoption("override_ini") or ()}
     for key, file in given.items():

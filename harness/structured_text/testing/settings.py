@@ -31,7 +31,7 @@ def is_on(config: pytest.Config, name: str) -> bool:
 
 
 def unknown_key(key: str, names: Sequence[str], file: Path | None) -> InputError:
-    """Return the error for an unknown key of the ini file, with the nearest names, or all."""
+    """Return the error for an unknown key of the ini file, with similar names or all names."""
     near = get_close_matches(key.lower().replace("-", "_"), names)
     hint = did_you_mean(near[:1]) or f"use {', '.join(names)}"
     return InputError(f"there is no setting {key}", file=file, hint=hint)

@@ -1,4 +1,4 @@
-"""The code that each test of a run has executed, independent of the way of counting."""
+"""The code that each test of a run has executed; a subclass counts the code."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ class PerTest(ABC):
         """Return the code that has run since the last call."""
 
     def begin(self) -> None:  # noqa: B027 - not all need it
-        """Prepare for a test; called before each."""
+        """Prepare for the next test."""
 
     def end(self) -> None:  # noqa: B027 - not all need it
-        """Finish a test; called after each."""
+        """Finish the current test."""
 
     def pytest_collection_finish(self) -> None:
         """Note the code that has run before the first test."""

@@ -40,7 +40,7 @@ def test_a_value_is_a_difference_where_the_other_side_does_not_have_it_within_th
 
 
 def test_a_short_value_of_the_virtual_controller_may_have_had_no_packet() -> None:
-    """A value of the recorded controller was seen, so it was in a packet."""
+    """A short value of the recorded controller counts, because it was certainly in a packet."""
     assert _found([(0, 0)], [(0, 0), (50, 1), (54, 0)], 5) == []
     assert _found([(0, 0), (50, 1), (54, 0)], [(0, 0)], 5) == [(50, 54)]
 

@@ -100,7 +100,7 @@ def test_a_short_recording_tells_what_it_depends_on(values: dict[str, Any]) -> N
 
 @pytest.mark.exhaustive
 def test_an_inexplicable_difference_is_left_over() -> None:
-    """SO(12) is ON for 200 ms without SI(10). A servo on that takes 80 ms follows 600 ms later."""
+    """SO(12) is ON for 200 ms without SI(10). 600 ms later, a servo on takes 80 ms."""
     master = RecordedMaster(7, servo_on_delay=80.0)
     master.run(100)
     master.robot.force("SO12", 1)
@@ -116,7 +116,7 @@ def test_an_inexplicable_difference_is_left_over() -> None:
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("number", range(len(CASES)))
 def test_each_key_is_found_or_said_not_to_be_decided(number: int) -> None:
-    """There are thirty robot files with other values in all sections."""
+    """Thirty robot files have values that differ from the defaults, in all sections."""
     _, wrong = judged(*CASES[number])
     assert wrong == []
 
@@ -125,7 +125,7 @@ def test_each_key_is_found_or_said_not_to_be_decided(number: int) -> None:
 @pytest.mark.parametrize(
     ("values", "others"),
     [
-        ({"status_reset_delay": (5.0, 45.0)}, {}),  # a code comes before the ready status
+        ({"status_reset_delay": (5.0, 45.0)}, {}),  # code before the ready status
         ({"command_delay": (0.0, 20.0)}, {"changed_command_status": "ready"}),
         ({"command_delay": (5.0, 40.0), "command_accept_delay": (0.0, 30.0)}, {}),
         ({}, {"early_command_waits": True}),
@@ -166,11 +166,11 @@ def test_wrong_answers_fit_no_legal_controller(wrong: str) -> None:
 
 @pytest.mark.exhaustive
 def test_the_key_with_few_values_is_preferred() -> None:
-    """The emergency alarm at power-on could be set by its own key or as the alarm of power-on."""
+    """Two keys explain the recording: `power_on_emergency_alarm` and the text `power_on_alarm`."""
     master = RecordedMaster(7, power_on_emergency_alarm=True)
     short_run(master)
     master.turn_and_wait("SI00", False)
-    master.ask("MotorPowerOn")  # 12.600: an alarm that the recording names
+    master.ask("MotorPowerOn")  # the recording names the alarm 12.600
     replay = Replay(master.recording())
     found = fit(replay, RobotConfig())
     assert found.left == []

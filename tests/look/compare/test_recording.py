@@ -1,4 +1,4 @@
-"""Recordings to compare have a longest duration."""
+"""`rcx compare` refuses a recording that is too long."""
 
 from __future__ import annotations
 

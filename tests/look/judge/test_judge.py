@@ -20,7 +20,10 @@ MS = 1_000
 
 
 class Recording:
-    """A PLC and a controller, described by their changes. Both repeat their areas every 10 ms."""
+    """A recording of a PLC and a controller.
+
+    A test gives their changes; areas repeat every 10 ms.
+    """
 
     def __init__(self) -> None:
         self.story = Story()
@@ -209,7 +212,7 @@ _BROKEN: dict[str, tuple[list[Change], str, str]] = {
 
 
 def _recorded(name: str, until_us: int = 0) -> Recording:
-    """Return a recording of a controller with its servos on that breaks the rule of this name."""
+    """Return a recording that breaks the rule of this name; the servos are on from the start."""
     made = _powered()
     for side, at_ms, dedicated, words in _BROKEN[name][0]:
         (made.plc if side == "plc" else made.robot)(at_ms * MS, dedicated, words)

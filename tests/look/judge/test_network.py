@@ -110,7 +110,7 @@ def test_a_forward_open_in_an_unconnected_send_is_understood(tmp_path: Path) -> 
 def test_packets_to_a_multicast_group_are_of_the_controller_that_sends_them(tmp_path: Path) -> None:
     """An owner and a reader share the controller's packets.
 
-    The owner's end is not the reader's end.
+    The reader continues after the owner has closed its connection.
 
     Source: CIP volume 1, chapter 3: multicast connections share one connection id.
     """

@@ -1,4 +1,4 @@
-"""A direction of a connection has sequence numbers, sequence counts, lengths and silence."""
+"""Packets of one direction of a connection are checked: numbers, counts, lengths and silence."""
 
 from __future__ import annotations
 

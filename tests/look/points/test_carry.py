@@ -171,7 +171,10 @@ def test_another_alarm_ends_it_and_names_the_point() -> None:
 
 
 def test_a_definition_that_is_refused_ends_it() -> None:
-    """The programming box (pendant) has the authority. Source: guide 3, remark."""
+    """The pendant has the authority to operate, so commands are refused.
+
+    Source: guide 3, remark.
+    """
     line = StationLine(RobotConfig(pendant_authority=True))
     with pytest.raises(RefusedError, match=r"^writing pallet 2 ended in the alarm 12\.76$"):
         Carrier(line).write(Stored({("pallets", 0, 2): Pallet(1, 1, 1, 0)}), [("pallets", 0, 2)], _quiet)  # noqa: E501  # fmt: skip

@@ -1,4 +1,4 @@
-"""The alarm history and the latest alarm of a remote command."""
+"""Commands read the alarm history, and the latest alarm of a remote command."""
 
 from __future__ import annotations
 

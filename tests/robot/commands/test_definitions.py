@@ -1,4 +1,4 @@
-"""Point comments, shift data and hand data: definition and reference."""
+"""Commands define and read point comments, shift data and hand data."""
 
 from __future__ import annotations
 

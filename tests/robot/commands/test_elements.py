@@ -1,4 +1,4 @@
-"""Assigning to single elements of points and shifts."""
+"""Commands assign values to single elements of points and shifts."""
 
 from __future__ import annotations
 

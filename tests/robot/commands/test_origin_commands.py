@@ -230,7 +230,7 @@ def test_a_return_to_origin_of_one_axis_is_performed_at_robot_1_if_no_robot_is_s
     assert master.robot.positions == [0, 700, 700, 0]
 
 
-# What both commands need, and what ends them
+# The conditions of both commands, and the events that end them
 
 
 @pytest.mark.parametrize(

@@ -181,9 +181,10 @@ def test_the_examples_show_the_torque_of_axis_3_alone() -> None:
 
 
 def test_a_moving_axis_needs_torque_in_its_direction() -> None:
-    """Axis 3 has 20 % of the maximum torque, which is 100 % of its rated torque.
+    """A moving axis shows its holding torque, plus the moving torque in its direction.
 
-    Axes that were not requested show 0.
+    The moving torque is 10 % of the maximum. Axis 1 holds -5 % and has a rated torque of 10 %, axis
+    2 holds 0 % and has a rated torque of 20 %.
 
     Rule: torque-model.
     Source: remote command guide 4.7.12, 4.7.18

@@ -1,4 +1,4 @@
-"""Remote commands on a robot with the arms of a YK400XE: 225 and 175 mm.
+"""Remote commands move a robot with the arms of a YK400XE: 225 and 175 mm.
 
 The point that most tests use, x = 150, y = 240 mm, is 283.02 mm from the base.
 """

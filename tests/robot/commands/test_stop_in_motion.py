@@ -98,7 +98,7 @@ def test_a_snapshot_in_motion_goes_on_as_the_original_does(name: str) -> None:
 
 
 def _areas(master: Master) -> list[bytes]:
-    """Return what the master sees in every cycle until the end status."""
+    """Return the area that the master receives in every cycle until the end status."""
     seen = []
     for _ in range(3_000):
         master.run(5)

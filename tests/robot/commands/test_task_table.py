@@ -1,4 +1,4 @@
-"""The states and lines of tasks, and the programs in them."""
+"""Tasks have states, lines and programs, which commands read."""
 
 from __future__ import annotations
 

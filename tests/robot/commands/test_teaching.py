@@ -1,4 +1,4 @@
-"""The point teaching command."""
+"""The point teaching command stores the current position as a point."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ def test_a_command_for_robot_2_is_not_executed_while_robot_1_moves() -> None:
 )
 @pytest.mark.parametrize("code", [0x001, 0x003])
 def test_a_movement_moves_the_axes_of_its_robot(code: int, robot: int, expected: list[int]) -> None:
-    """The answer has the positions of this robot, beginning with its axis 1.
+    """The answer has the positions of the designated robot, beginning with its axis 1.
 
     Source: remote command guide 4.2.1, R.
     """

@@ -59,7 +59,7 @@ SEEN: dict[str, Callable[[Master], Any]] = {
     **{name: _parameter(name) for name in PARAMETERS},
 }
 
-#: For each word: what the guide says (with Source), or what we assume.
+#: A case for each word of the language. Its values are from the guide if a comment names a section.
 #: SIDE is a second program. It adds 1 to SGI0 and waits for MO(20).
 CASES: dict[str, Case] = {
     "GOTO": Case("GOTO *B\nSGI0=9\n*B: SGI0=SGI0+1", {"SGI0": 1}),

@@ -1,4 +1,4 @@
-"""The flow of robot programs: jumps, blocks, subroutines, error handlers and tasks."""
+"""Robot programs execute jumps, blocks, subroutines, error handlers and tasks in order."""
 
 from __future__ import annotations
 

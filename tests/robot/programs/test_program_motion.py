@@ -105,7 +105,7 @@ def test_the_next_movement_waits_for_the_end_of_the_one_before() -> None:
     ],
 )
 def test_a_movement_ends_at_its_target(text: str, places: tuple[int, int]) -> None:
-    """The axes are at 1000 pulses/mm; each statement does what its remote command does.
+    """The axes have 1000 pulses/mm. Each statement does what its remote command does.
 
     Rule: robot-language.
     Source: manual, remote command guide 4.2.1 to 4.2.5, 4.2.21, 4.2.23

@@ -141,7 +141,7 @@ def _type_point(panel: _Panel, text: str) -> None:
 
 
 def _sent(panel: _Panel) -> list[object]:
-    """Return a list of what the page sends from now on: choices, and keys that are pressed."""
+    """Return a list that collects the choices and pressed keys that the page sends from now on."""
     sent: list[object] = []
     plate = panel.plate
     choose, press = plate.choose, plate.press

@@ -55,7 +55,7 @@ def _down(program: Program) -> list[str]:
 
 
 def _scans(program: Program, plate: Plate, count: int) -> list[list[str]]:
-    """Return the keys that are pressed in each of these scans."""
+    """Run `count` scans, and return the keys that the program sees pressed in each scan."""
     seen = []
     for _ in range(count):
         plate.exchange()

@@ -1,4 +1,4 @@
-"""Compiled programs are cached, except in some cases."""
+"""Compiled programs are cached, and a cache entry is used only if nothing has changed."""
 
 from __future__ import annotations
 
@@ -35,7 +35,10 @@ def program(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the empty cache folder. Temporary files of the tests count as permanent."""
+    """Return the empty cache folder.
+
+    The cache takes the tests' temporary files for lasting ones.
+    """
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.delenv("RCX_CACHE", raising=False)
     monkeypatch.setattr(cache, "is_lasting", lambda _: True)
@@ -87,7 +90,7 @@ def test_an_unchanged_file_is_read_once(program: Path, monkeypatch: pytest.Monke
 
 
 def test_a_change_within_a_tick_is_seen(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The file's times and size do not change here, so a new file must be read again.
+    """A file that changed a moment ago is read again, even if its times and size are the same.
 
     Source: the manual of git, racy git
     """

@@ -26,7 +26,10 @@ from structured_text.language.portability import lint
 
 
 class Row(NamedTuple):
-    """Variables, statements, values after one scan, the text before, and the last line."""
+    """A construct in a program: its variables, statements and expected values after one scan.
+
+    `before` is the text before the program, and `end` is the last line of the program.
+    """
 
     construct: str
     variables: str

@@ -1,4 +1,4 @@
-"""MEMCPY, MEMMOVE, MEMSET and MEMCMP of Tc2_System, and pointers to memory without known bytes."""
+"""MEMCPY, MEMMOVE, MEMSET and MEMCMP of Tc2_System work on memory with known bytes."""
 
 from __future__ import annotations
 

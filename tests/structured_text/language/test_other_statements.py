@@ -1,4 +1,4 @@
-"""CASE of texts, conversions between durations and dates, and arrays of open length."""
+"""CASE of texts, conversions of durations to dates, and arrays of open length are supported."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`__POUNAME()`, `__POSITION()`, sizes of blocks, and constants of structures and arrays.
+"""`__POUNAME()`, `__POSITION()`, sizes of blocks and constants of structures have their values.
 
 The results of both operators are from the help of CODESYS and TwinCAT ("Operator __POUNAME",
 "Operator __POSITION").

@@ -1,4 +1,4 @@
-"""Constructs of SIMATIC AX and TIA Portal: characters of texts, enumerations with a base type."""
+"""Constructs of SIMATIC AX and TIA Portal are supported, such as characters of texts."""
 
 from __future__ import annotations
 

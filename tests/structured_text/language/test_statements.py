@@ -1,4 +1,4 @@
-"""Names as statements, a comma after the last argument, empty arguments, and headers with `;`."""
+"""Names as statements, a comma after the last argument and empty arguments are accepted."""
 
 from __future__ import annotations
 

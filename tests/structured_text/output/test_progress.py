@@ -38,7 +38,7 @@ def test_on_a_terminal_there_is_a_bar() -> None:
 
 
 def test_a_task_of_nothing_shows_no_bar() -> None:
-    """A campaign without failures has 0 classes. Only the bar before is shown.
+    """A campaign without failures has 0 classes, so only the bar of the seeds is shown.
 
     Source: docs/how-to/campaign.md.
     """

@@ -1,4 +1,4 @@
-"""Exports of CODESYS with tasks, devices, arguments of blocks, and replaced bodies.
+"""Exports of CODESYS are read with tasks, devices, arguments of blocks, and replaced bodies.
 
 The expected values come from the CODESYS help (Task Configuration, Editor 'Task'; Method FB_Init)
 and from the XML schema of PLCopen TC6.

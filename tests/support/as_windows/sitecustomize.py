@@ -140,7 +140,7 @@ def _install(lacks: Mapping[str, Sequence[str]], absent: Sequence[str]) -> None:
 def _guard_files(event: str, arguments: tuple[Any, ...]) -> None:
     if event == "os.remove":
         _check_closed(arguments[0])
-    elif event == "os.rename":  # and os.replace
+    elif event == "os.rename":  # os.replace raises this event, too
         _check_closed(arguments[0])
         _check_closed(arguments[1])
 

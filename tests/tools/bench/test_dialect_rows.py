@@ -56,7 +56,7 @@ def test_both_engines_agree_on_random_calls_of_each_row(matiec: Matiec) -> None:
 def test_a_row_that_matiec_does_not_compute_differs(
     matiec: Matiec, monkeypatch: pytest.MonkeyPatch, rule: str, value: str
 ) -> None:
-    """The fault table says so for the counters: the same program in `iec` has other results.
+    """Counters and TIME are compared with rules of other dialects, so the comparison must fail.
 
     Source: language/dialects.toml; engines/matiec/faults.toml.
     """

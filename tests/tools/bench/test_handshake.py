@@ -27,9 +27,9 @@ def _printed() -> list[list[int]]:
 
 @pytest.mark.parametrize("line", _printed(), ids=lambda line: f"{line[0]} ms, RPI {line[1]} ms")
 def test_formula_and_blocks_take_what_the_page_prints(line: list[int]) -> None:
-    """After scan, RPI and response time, each line has the four times of `Command`.
+    """The page's times are the fewest possible, and the blocks take no longer.
 
-    Two differences of these times follow, in scans. Formula and simulated blocks give the same.
+    Done is counted in scans from Execute, the next code in scans from Done.
 
     Source: docs/explanation/timing.md, worked examples; guide chapters 1 and 2.
     """

@@ -1,4 +1,4 @@
-"""The measurements of `make bench ONLY=scan`: areas, idle blocks and handshakes."""
+"""`make bench ONLY=scan` measures areas, idle blocks and handshakes."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_each_program_runs_and_its_handshakes_too() -> None:
 
 @pytest.mark.exhaustive
 def test_a_handshake_that_does_not_run_gives_no_figure(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Too few commands are an error: ten robots, 200 scans, at most eight scans for each."""
+    """Ten robots in 200 scans, with at most eight scans per command, must execute many commands."""
     stands = scan.RUNNING.replace("NOT Move{k}.Done", "FALSE")
     monkeypatch.setattr(scan, "RUNNING", stands)
     with pytest.raises(InputError, match="builtin: 0 commands in 200 scans are too few"):

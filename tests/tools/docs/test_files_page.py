@@ -64,7 +64,8 @@ def test_every_key_of_a_robot_file_is_there_or_a_setting_of_the_page_on_fidelity
 @pytest.mark.parametrize(("table", "kind"), [("axes", Axis), ("programs", RobotProgram)])
 def test_every_key_of_a_table_is_there_with_its_default(table: str, kind: type) -> None:
     shown = _table(f"Key of `[[{table}]]`")
-    internal = {"path", "offset"}  # the place where a program was read: not keys of a robot file
+    # path and offset give the place of a program; they are not keys of a robot file
+    internal = {"path", "offset"}
     assert set(shown) == {entry.name for entry in fields(kind)} - internal
     words = {"None": "no workpiece", "()": "none", "True": "true", "": "none"}
     for name, (_, default) in shown.items():

@@ -52,7 +52,7 @@ def test_the_cycle_is_300_mm_across_the_front() -> None:
 
 
 def test_what_is_measured_is_what_is_planned_in_cycles_of_5_ms() -> None:
-    """Each of the two movements is at most 2 cycles longer."""
+    """A cycle has two movements, and each takes at most 2 controller cycles longer than planned."""
     for name, model in robot_models().items():
         for load, _ in model.cycles:
             planned = planned_cycle(model, law(), load)

@@ -6,7 +6,7 @@ from rcx_tools.docs.view_picture import PICTURE, digest, digest_in, page
 
 
 def test_the_picture_is_of_the_page_as_it_is_now() -> None:
-    """If it does not, run `python -m rcx_tools.docs.view_picture` where chromium is installed."""
+    """If this test fails, run `python -m rcx_tools.docs.view_picture`, which needs chromium."""
     html = page()
     assert digest_in(PICTURE.read_bytes()) == digest(html)
     assert digest(html.replace("Theme", "theme", 1)) != digest(html)

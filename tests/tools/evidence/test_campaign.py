@@ -172,7 +172,7 @@ def test_a_telegram_that_no_block_asked_for_is_found(compiled: Compiled) -> None
 
 @pytest.mark.exhaustive
 def test_a_failing_run_is_made_short() -> None:
-    """Of all actions of a storm, only those remain that the failure needs."""
+    """All actions of a storm are removed, except the actions that the failure needs."""
     seeded = next(one for one in SEEDED if one.name == JOG)
     with broken_library(seeded.file, seeded.old, seeded.new) as lib:
         compiled = compiled_campaign("builtin", lib)

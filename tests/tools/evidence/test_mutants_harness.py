@@ -523,7 +523,7 @@ def test_the_tests_of_a_seeded_bug_lie_in_the_folders_of_what_it_changes(bug: Bu
     part = file_key(bug.file).partition("/")[0]
     others = {
         "spec": ("tests/spec", "tests/command"),
-        "engines": ("tests/structured_text/engines",),
+        "engines": ("tests/structured_text/engines", "tests/structured_text/language"),
         "plc": tuple(f"tests/{name}" for name in ("area", "command", "core", "sequence")),
     }
     others["language"] = others["engines"]

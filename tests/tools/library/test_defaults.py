@@ -53,7 +53,7 @@ _SPECIAL: dict[tuple[str, str], Value] = {
     ("FB_Operator", "Timeout"): timedelta(seconds=10),
     ("FB_Interlock", "Timeout"): timedelta(seconds=60),
     ("FB_PowerUp", "Timeout"): timedelta(seconds=60),
-    ("FB_RcxProgramCall", "Timeout"): timedelta(0),  # the blocks that use it pass their own value
+    ("FB_RcxProgramCall", "Timeout"): timedelta(0),  # its callers pass their own value
     ("FB_ReturnToOrigin", "Timeout"): timedelta(seconds=60),
     ("FB_RealTimeValue", "Size"): 256,
     ("FB_RealTimeValueInWords", "Size"): 256,

@@ -140,7 +140,7 @@ def page(browser: WebDriver, file: Path) -> Page:
 def test_a_click_leads_to_the_broken_rule_of_ten_minutes(page: Page) -> None:
     """The rule's text and section appear.
 
-    The cursor is at this place, with the signals next to it.
+    The cursor is at the time of the violation, and the signals have their values at that time.
     """
     assert page.text("#rules") == "2 rules broken ▸"
     page.click("#rules")

@@ -1,4 +1,4 @@
-"""Robot programs under the debugger, with the PLC: breakpoints, threads, steps, values.
+"""The debugger shows robot programs beside the PLC: breakpoints, threads, steps, values.
 
 The PLC of Shake.st starts SHAKE.PGM in task 1 and requests work by SI(20). SHAKE.PGM starts
 SIDE.PGM in task 2.
@@ -124,7 +124,7 @@ def test_the_plc_goes_on_while_a_task_waits(shaking: Start) -> None:
 
 
 def test_a_step_in_the_plc_ends_in_the_plc(shaking: Start) -> None:
-    """Both tasks continue to run. The stack shows the statement of the PLC."""
+    """Both robot tasks continue to run. The stack shows the statement of the PLC program."""
     editor = shaking({MAIN: [{"line": 5, "hitCondition": "1"}]})
     assert editor.go("next", 1)["threadId"] == 1
     assert editor.stack(1) == [("Main (Shake)", 10)]

@@ -40,7 +40,7 @@ def test_a_function_shows_what_lasts_for_its_call(stopped: Start) -> None:
 
 
 def test_a_long_array_comes_page_by_page(at_entry: Start) -> None:
-    """RCX_IMAGE has 512 bytes."""
+    """RCX_IMAGE has 512 bytes, which the client requests in pages."""
     editor = at_entry()
     area = editor.scope("Variables")["InputArea"]
     assert area["indexedVariables"] == 512

@@ -49,7 +49,7 @@ def states(cell: Cell) -> CellStates:
 
 
 def test_a_state_is_the_same_after_the_way_there_and_back(cell: Cell, states: CellStates) -> None:
-    """A restored state is equal, also in the middle of a movement, whose path is not a number."""
+    """A restored state equals the stored one, also in the middle of a movement."""
     while not cell.robot.machine.motion.under_way:
         cell.run("5ms")
     before, key = states.freeze(), states.key()

@@ -60,7 +60,7 @@ def test_arithmetic_of_every_integer_type_wraps_as_on_the_engine(tmp_path: Path,
 
 @pytest.mark.parametrize("kind", _BITS)
 def test_bit_strings_are_joined_and_shifted_as_on_the_engine(tmp_path: Path, kind: str) -> None:
-    """A shift may exceed the width. A negative one stops both."""
+    """A shift may exceed the width. A negative shift stops the engine and the terms."""
     variables = (
         f"VAR_INPUT A, B : {kind}; N : INT; END_VAR\nVAR R : ARRAY [0..12] OF {kind}; END_VAR"
     )
@@ -85,7 +85,7 @@ def test_booleans_are_joined_and_shifted_as_on_the_engine(tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("kind", ["REAL", "LREAL"])
 def test_real_arithmetic_is_rounded_as_on_the_engine(tmp_path: Path, kind: str) -> None:
-    """A quotient by 0.0 and the root of a negative number stop both."""
+    """A division by 0.0 and the root of a negative number stop the engine and the terms."""
     variables = (
         f"VAR_INPUT A, B, C : {kind}; END_VAR\n"
         f"VAR R : ARRAY [0..15] OF {kind}; Q : ARRAY [0..8] OF BOOL; END_VAR"
@@ -152,7 +152,7 @@ def test_durations_are_reckoned_as_on_the_engine(tmp_path: Path) -> None:
 
 @pytest.mark.exhaustive
 def test_texts_are_cut_joined_and_compared_as_on_the_engine(tmp_path: Path) -> None:
-    """Counts may exceed 16 bits. A negative count stops both."""
+    """Counts may exceed 16 bits. A negative count stops the engine and the terms."""
     variables = """
       VAR_INPUT A, B : STRING; N, P : INT; D : DINT; END_VAR
       VAR R : ARRAY [0..5] OF STRING; S : STRING; Q : ARRAY [0..5] OF BOOL; I : INT; END_VAR
@@ -270,7 +270,7 @@ END_FUNCTION_BLOCK
 def test_structures_arrays_and_blocks_are_addressed_as_on_the_engine(tmp_path: Path) -> None:
     """Indices are variable, also for long arrays and for the variable behind a VAR_IN_OUT.
 
-    Outside of the array both stop.
+    An index outside of the array stops the engine and the terms.
     """
     variables = """
       VAR_INPUT I, K : INT; W : LINT; Tint : COLOUR; END_VAR

@@ -62,7 +62,7 @@ def test_an_interlock_and_its_bounds_are_proved(tmp_path: Path) -> None:
 
 
 def test_an_invariant_is_found_where_one_scan_alone_does_not_do(tmp_path: Path) -> None:
-    """Both are FALSE at first, and each turns TRUE only while the other is FALSE."""
+    """Gripper and Conveyor are FALSE at first. Each turns TRUE only while the other is FALSE."""
     body = (
         "  Servo(Robot := Robot, Execute := Start);\n"
         "  IF Start AND NOT Conveyor THEN Gripper := TRUE; END_IF;\n"

@@ -1,6 +1,6 @@
 """CIP messages as bytes: request, path and reply, for both ends of the wire; codes in words.
 
-Numbers are those of the Common Industrial Protocol, volume 1: general status codes in appendix B,
+The numbers come from the Common Industrial Protocol, volume 1: general status codes in appendix B,
 path segments in appendix C, the Connection Manager's extended status codes in chapter 3, 5.6. The
 manual names edition 3.14 (chapter 5, section 4).
 """

@@ -1,6 +1,6 @@
 """The EtherNet/IP encapsulation as bytes: header and common packet format, for both ends.
 
-Numbers are those of the EtherNet/IP adaptation of CIP (volume 2), chapter 2; the manual names
+The numbers come from the EtherNet/IP adaptation of CIP (volume 2), chapter 2; the manual names
 edition 1.15 (chapter 5, section 4). All numbers are little endian, except in socket addresses.
 """
 

@@ -72,8 +72,8 @@ class ConnectionPath:
     Attributes:
         key: The device that the originator expects.
         class_id: Class of all application paths.
-        numbers: Instances and connection points in order: consuming, producing; with configuration
-            before them if there are three. An explicit connection has one instance.
+        numbers: Instances and connection points. Two numbers are consuming and producing; three are
+            configuration, consuming and producing. An explicit connection has one instance.
         inhibit_us: Production inhibit time in microseconds, 0 without one.
     """
 
@@ -157,8 +157,8 @@ def _refused(path: bytes, at: int) -> PathRefusal:
     return PathRefusal((len(path) - at) // 2)
 
 
-# Priority and ticks, O->T id (not used), T->O id, triad, multiplier, interval and parameters of
-# each direction, transport, path size
+# Fields of a Forward Open: priority and ticks, O->T id (not used), T->O id, triad, multiplier,
+# interval and parameters of each direction, transport, path size.
 _OPEN = struct.Struct("<6xIHHIB3xIHIHBB")
 _LARGE_OPEN = struct.Struct("<6xIHHIB3xIIIIBB")
 _CLOSE = struct.Struct("<2xHHIBx")
@@ -194,7 +194,7 @@ class Triad:
 
 @dataclass(frozen=True)
 class NetworkParameters:
-    """One direction of a connection."""
+    """The network connection parameters for one direction of a connection."""
 
     kind: ConnectionType
     size: int
@@ -232,7 +232,7 @@ def decode_forward_open(request: Request) -> ForwardOpen:
     """Decode a Forward Open or a Large Forward Open.
 
     Raises:
-        Refusal: 0x13 too short, 0x15 too long.
+        Refusal: 0x13 if the request is too short, 0x15 if it is too long.
     """
     large = request.service == ConnectionService.LARGE_FORWARD_OPEN
     layout = _LARGE_OPEN if large else _OPEN
@@ -259,7 +259,7 @@ def decode_forward_close(request: Request) -> ForwardClose:
     """Decode a Forward Close.
 
     Raises:
-        Refusal: 0x13 too short, 0x15 too long.
+        Refusal: 0x13 if the request is too short, 0x15 if it is too long.
     """
     if len(request.data) < _CLOSE.size:
         raise Refusal(Status.NOT_ENOUGH_DATA)
@@ -316,7 +316,7 @@ def _path(data: bytes, start: int, words: int) -> bytes:
 
 
 _CONNECTION_MANAGER = encode_path(ClassId.CONNECTION_MANAGER, 1)
-# Priority and time of a tick, ticks: how long a bridge may take, 14 x 1.024 s.
+# Time limit for bridges on the route: a byte with priority and tick (1.024 s), then 14 ticks.
 _PATIENCE = struct.pack("<BB", 0x0A, 0x0E)
 _CLASS_1_CYCLIC = 0x01
 _SCHEDULED = 2
@@ -333,10 +333,10 @@ class OpenRequest:
         t_to_o_id: Connection id of the packets from the adapter, which the scanner chooses.
         o_to_t_length: Connection size to the adapter, as on the wire.
         t_to_o_length: Connection size from the adapter, as on the wire.
-        consuming: Connection point of the adapter to send to, or connection point of the heartbeat.
-        producing: Connection point of the adapter to receive from.
+        consuming: Connection point of the adapter that receives our data, or our heartbeat.
+        producing: Connection point of the adapter that sends data to us.
         configuration: Configuration instance to name, if any.
-        configuration_data: Data for it, an even number of bytes.
+        configuration_data: Data for the configuration instance, an even number of bytes.
         large: Use Large Forward Open.
     """
 

@@ -79,7 +79,7 @@ class EndReason(str, Enum):
 
 
 class Way(NamedTuple):
-    """One direction of a connection: its packets."""
+    """The properties of the packets in one direction of a connection."""
 
     identifier: int
     api_us: int
@@ -89,7 +89,7 @@ class Way(NamedTuple):
 
 @dataclass(frozen=True)
 class ConnectionParameters:
-    """One class 1 connection as agreed; the same for the end of the target and of the originator.
+    """The agreed parameters of a class 1 connection; target and originator use the same values.
 
     Args:
         number: Number that both processes use for the connection; it is never reused.
@@ -102,13 +102,13 @@ class ConnectionParameters:
             run/idle header); 0 for a heartbeat.
         t_to_o_size: Bytes of application data from the target (without sequence count).
         multiplier: Connection time-out multiplier as coded, 0 to 7 (4 to 512 intervals).
-        peer: IPv4 address of the other end; packets from other addresses are dropped. Its UDP port
-            is not checked.
+        peer: IPv4 address of the other end; packets from other addresses are dropped. The UDP port
+            of the peer is not checked.
         destination: IPv4 address to send our packets to: the peer's or, at the target of a
             multicast connection, the group.
         destination_port: UDP port to send our packets to.
-        run_idle: The originator's packets carry the 32-bit run/idle header.
-        multicast: The target's packets go to a multicast group.
+        run_idle: Whether the originator's packets carry the 32-bit run/idle header.
+        multicast: Whether the target's packets go to a multicast group.
         dscp: Differentiated services code point of our packets, 0 to 63.
         first_packet_us: Upper limit of the wait for the first packet, at least `FIRST_PACKET_US`,
             for connections with a longer time-out.

@@ -97,7 +97,7 @@ class CyclicControl(Closing):
         try:
             self._child.orders.write(json.dumps(order) + "\n")
             self._child.orders.flush()
-        except (OSError, ValueError):  # a broken pipe, a closed file
+        except (OSError, ValueError):  # the process has ended, so the pipe is broken or closed
             raise ProcessDiedError(
                 self.failure or "the process of the cyclic I/O has ended"
             ) from None

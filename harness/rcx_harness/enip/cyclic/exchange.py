@@ -66,8 +66,9 @@ class Packet(NamedTuple):
     """One decoded packet.
 
     Attributes:
-        connection_id: Identifier of the connection that it belongs to.
-        content: Its connected data; None if the item's length is not that of the datagram.
+        connection_id: Identifier of the connection to which the packet belongs.
+        content: The connected data; None if the length of the item does not fit the length of the
+            datagram.
     """
 
     connection_id: int
@@ -149,7 +150,7 @@ class Arrival(NamedTuple):
     Attributes:
         data: The application's data; None if the packet repeats old data or is idle.
         run: Whether the program at the other end runs.
-        missing: The number of lost packets before this one.
+        missing: The number of lost packets directly before this packet.
     """
 
     data: bytes | None
@@ -286,7 +287,7 @@ class Exchange:
         self._by_id: dict[int, _Connection] = {}
         self._productions: dict[tuple[bool, int], _Production] = {}
         self._due_us: int | None = None
-        """Nothing is due before; None without a connection."""
+        """The time before which nothing is due; None without a connection."""
 
     def add(self, parameters: ConnectionParameters, now_us: int) -> None:
         """Open a connection.
@@ -330,8 +331,8 @@ class Exchange:
         """Process a received packet.
 
         Returns:
-            False if the datagram is not a packet, or if no connection has its id; it is not counted
-            then.
+            False if the datagram is not a packet, or if no connection has its id. Such a datagram
+            is not counted.
         """
         packet = decode_packet(datagram)
         connection = self._by_id.get(packet.connection_id) if packet else None
@@ -394,7 +395,7 @@ class Exchange:
         producer = production.producer
         run = self._images.run
         # Read the version first. Data that is written in between is then sent again as new data; in
-        # the other order it would be missed.
+        # the reverse order it would be missed.
         version = self._source.version
         if producer.is_new(version, run):
             producer.renew(self._source.read(), version, run)

@@ -1,8 +1,8 @@
 """The events of connections, in memory that several processes share.
 
 One process writes, and any process may read. The writer never waits for a reader. It writes a
-record into the next of a few slots and then publishes its number. A reader that is too slow misses
-records, and `Read` tells how many.
+record into the next of a few slots and then publishes the number of the record. A slow reader
+misses records, and `Read` contains the number of missed records.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Journal:
     """A ring of short records.
 
     Args:
-        memory: The part of the shared memory for it: `NEEDS` bytes, initially zero.
+        memory: The part of the shared memory for the journal: `NEEDS` bytes, initially zero.
     """
 
     NEEDS = _WORD + _SLOTS * _SLOT
@@ -90,7 +90,8 @@ class ConnectionEvent:
 
     Attributes:
         at_us: Time by the clock of `shared.now_us`.
-        state: `waiting` (just opened), `run` or `idle`; after its end `closed` or an `EndReason`.
+        state: `waiting` (just opened), `run` or `idle`; after the end of the connection `closed` or
+            an `EndReason`.
         readers: Number of open connections that write nothing.
     """
 

@@ -1,9 +1,9 @@
 """The process of the cyclic part: one UDP socket, class 1 packets in and out, nothing else.
 
-`rcx_harness.enip.cyclic.control` starts it with its settings as JSON. On standard output it reports
-where it listens (or why it cannot) and which connections have ended. It reads orders from standard
-input, one JSON object per line, and ends when standard input ends, at the latest with its parent.
-It is a separate process because a thread among others would miss its deadlines.
+`rcx_harness.enip.cyclic.control` starts the process with its settings as JSON. On standard output
+the process reports where it listens (or why it cannot listen) and which connections have ended. It
+reads orders from standard input, one JSON object per line, and ends when standard input ends, at
+the latest with its parent. A thread among other threads would miss its deadlines.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ _LOOK_US = 50_000
 BEAT_US = 250_000
 """Longest time between two signs of life while there are no connections."""
 _AT_ONCE = 128
-"""Number of packets that may be read before due packets are sent, so a flood cannot delay these."""
+"""Number of packets that are read at most before due packets are sent. The limit keeps a flood of
+packets from delaying the due packets."""
 _TTL = 1
 
 
@@ -59,9 +60,11 @@ class _Cyclic:
         due_us = self._poll()
         while self._parent_lives:
             wait_us = BEAT_US if due_us is None else max(0, due_us - now_us())
-            # A scanner leaves early packets in the socket until the reply to its Forward Open.
+            # Without a connection, a scanner does not read packets. They stay in the socket until
+            # the reply to the Forward Open has come.
             idle = due_us is None and self._role is Role.ORIGINATOR
-            # The order that adds the connection of a packet may have arrived just before it.
+            # Orders are executed before packets are read: an order may add the connection to which
+            # a waiting packet belongs.
             waiting = (self._input,) if idle else (self._input, self._socket)
             ready = select.select(waiting, (), (), wait_us / 1e6)[0]
             if self._input in ready:
@@ -105,7 +108,7 @@ class _Cyclic:
     def _take(self, datagram: bytes, host: str, at_us: int) -> None:
         if self._exchange.receive(datagram, host, at_us):
             return
-        # The order that adds its connection may be waiting.
+        # The order that adds the packet's connection may still be waiting.
         if not (self._obey() and self._exchange.receive(datagram, host, now_us())):
             self._images.drop(Drop.UNKNOWN)
 
@@ -155,7 +158,8 @@ def main(argument: str) -> None:
     with images:
         try:
             cyclic = _Cyclic(images, settings["host"], settings["port"], Role(settings["role"]))
-        except (OSError, OverflowError, UnicodeError) as error:  # also: bad port or host name
+        # also raised for a bad port or host name
+        except (OSError, OverflowError, UnicodeError) as error:
             tell({"error": str(error)})
             return
         gc.disable()  # the loop creates no reference cycles, so no collection is needed

@@ -55,8 +55,8 @@ class Word(IntEnum):
     """Words of the status block; most are written by the process of the cyclic exchange."""
 
     SIZE = 0  # written once, by the creator
-    LINK = 1  # by the parent
-    RUN = 2  # by the scanner
+    LINK = 1  # written by the parent
+    RUN = 2  # written by the scanner
     OWNER = 3  # generation << 8 | OwnerState
     PEER = 4
     O_TO_T_API = 5
@@ -68,15 +68,15 @@ class Word(IntEnum):
     SENT = 11
     MISSING = 12
     SKIPPED = 13
-    ARRIVED = 14  # monotonic clock in microseconds
+    ARRIVED = 14  # time on the monotonic clock in microseconds
     GAPS = 15  # number of stored gaps
     SENDING_ENDS = 16  # monotonic clock in microseconds, 0 for never; by the scanner
-    TO_ROBOT_SIZE = 17  # once, by the creator
-    CYCLIC_ALIVE = 18  # monotonic clock in microseconds
-    ADAPTER_ALIVE = 19  # the same, by the adapter's process
+    TO_ROBOT_SIZE = 17  # written once, by the creator
+    CYCLIC_ALIVE = 18  # time on the monotonic clock in microseconds
+    ADAPTER_ALIVE = 19  # time of the same clock, written by the adapter's process
     # bytes of the connected data in the last packet that was dropped for its length
     WRONG_LENGTH = 20
-    RIGHT_LENGTH = 21  # bytes that its connection expects
+    RIGHT_LENGTH = 21  # bytes that the connection of that packet expects
     DROPPED = 22  # one word for each `Drop`, in their order
 
 
@@ -86,7 +86,7 @@ class Drop(IntEnum):
     text: str
 
     def __new__(cls, number: int, text: str) -> Drop:
-        """Return the member; `text` follows the words "12 packets"."""
+        """Return the member; its `text` follows a number, as in "12 packets ..."."""
         member = int.__new__(cls, number)
         member._value_ = number
         member.text = text
@@ -116,7 +116,7 @@ class Status:
         t_to_o_api_us: Packet interval to the owner in microseconds, 0 without one.
         drops: Number of dropped packets for each `Drop`, in the order of its members.
         wrong_length: Bytes of connected data in the last packet dropped for its length.
-        right_length: Bytes that its connection expects.
+        right_length: Bytes that the connection of that packet expects.
         missing: Lost packets, according to the sequence numbers.
         skipped: Packets not sent because their time had passed.
     """
@@ -151,8 +151,8 @@ class Status:
 def drops_text(status: Status, drops: Sequence[int] | None = None, *, numbers: bool = True) -> str:
     """Return the number of dropped packets for each reason; empty if no packet was dropped.
 
-    `drops` has a number for each `Drop`, in the order of its members; default: those of the status.
-    With `numbers` the text has the numbers, too.
+    `drops` has a number for each `Drop`, in the order of its members; by default the numbers of the
+    status are used. Without `numbers` the text has only the reasons.
     """
     texts = []
     for reason, number in zip(Drop, status.drops if drops is None else drops, strict=True):
@@ -350,7 +350,7 @@ class SharedImages(Closing):
         self._words[Word.DROPPED + reason] += 1
 
     def note_length(self, wrong: int, right: int) -> None:
-        """Save the length of a packet that was dropped because of it.
+        """Save the length of a packet that was dropped because of its length.
 
         Only the cyclic process calls it. `wrong` is the length of the packet's data, `right` the
         length that the connection expects.

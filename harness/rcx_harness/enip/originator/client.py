@@ -39,8 +39,8 @@ class Client(Closing):
         source: IPv4 address of this machine from which to connect; empty: the system chooses.
 
     Raises:
-        EnipError: no connection, no answer in time, or an invalid answer; every method raises it,
-            too.
+        EnipError: no connection, no answer in time, or an invalid answer; every method can raise
+            this error.
     """
 
     def __init__(
@@ -59,7 +59,8 @@ class Client(Closing):
         self._session = 0
         try:
             self.socket = socket.create_connection((host, port), timeout_s, (source, 0))
-        except (OSError, OverflowError, UnicodeError) as error:  # also: bad port or host name
+        # also raised for a bad port or host name
+        except (OSError, OverflowError, UnicodeError) as error:
             raise EnipError(
                 f"no connection to the EtherNet/IP adapter at {self._name}: {error}",
                 hint="check that it is running and that this is its address",
@@ -108,7 +109,7 @@ class Client(Closing):
         """Send a CIP request with further items, such as socket addresses.
 
         Returns:
-            The reply and the items that came with it.
+            The reply, and the items that have arrived with the reply.
         """
         answer = self._exchange(Command.SEND_RR_DATA, unconnected(message, *items))
         content = unconnected_items(answer.data)

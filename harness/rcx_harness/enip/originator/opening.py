@@ -23,7 +23,8 @@ _SIZES = (
     ExtendedStatus.T_TO_O_SIZE,
 )
 _INTERVALS = (ExtendedStatus.RPI_NOT_SUPPORTED, ExtendedStatus.RPI_NOT_ACCEPTABLE)
-#: The remedy by status, with the option that it needs: some commands do not have the option.
+#: By status, the remedy and the option that the remedy needs. A command without this option does
+#: not show the remedy.
 _REMEDIES: dict[int, tuple[str, str]] = {
     ExtendedStatus.CONNECTION_NOT_FOUND: ("", "the adapter has already closed the connection"),
     ExtendedStatus.ONLY_LISTENERS: (
@@ -64,7 +65,7 @@ class Opener:
     Attributes:
         wanted: Whether a lost connection is opened again. An open connection stays open.
         scanner: The scanner that was opened last, even if its connection is lost; None before the
-            first.
+            first opening.
         reason: Why the last attempt failed; empty if it succeeded.
     """
 
@@ -166,7 +167,7 @@ def refusal_hint(error: CipError, size: int, options: Collection[str]) -> str:
 
 
 def _interval_hint(extended: tuple[int, ...]) -> str:
-    """Return the hint for the interval, from the words of the refusal (see admission.py)."""
+    """Return the hint about the interval from the words of the refusal (see admission.py)."""
     if len(extended) < 6:
         return "try --rpi 10ms"
     kinds = (extended[1] & 0xFF, extended[1] >> 8)

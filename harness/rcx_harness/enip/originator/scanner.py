@@ -43,14 +43,14 @@ LARGEST = 1400
 
 @dataclass(frozen=True)
 class Assemblies:
-    """The assemblies of one connection; by default those of a controller with 48 bytes.
+    """The assemblies of one connection; the defaults fit a controller with areas of 48 bytes.
 
     Args:
         input_instance: Connection point of the adapter to receive from.
         heartbeat: Connection point that Input Only and Listen Only connections name instead of the
             output; None: the usual connection point.
         configuration: Configuration instance to name; None: no instance.
-        configuration_data: Data for it, an even number of bytes.
+        configuration_data: Data for the configuration instance, an even number of bytes.
     """
 
     input_size: int = SIZE
@@ -140,7 +140,8 @@ class Scanner(Closing):
     Args:
         size: Bytes of each area of the controller (48 or 256), or an `Assemblies` object.
         rpi_us: Requested packet interval in microseconds.
-        kind: Application type. Only an exclusive owner sends data, the others send a heartbeat.
+        kind: Application type. Only an exclusive owner sends data; the other types send a
+            heartbeat.
         multiplier: Connection time-out multiplier as coded: 0 to 7 for 4 to 512 intervals.
         address: IPv4 address of this machine to send from; empty: the system chooses.
         io_port: Our UDP port; None for 2222 or, if that is in use, any free port.
@@ -199,8 +200,8 @@ class Scanner(Closing):
             self.client.close()
             raise
         finally:
-            # The process has opened the memory. Once its name is removed, the system frees it at
-            # the end.
+            # The process has opened the memory. Once the name of the memory is removed, the system
+            # frees the memory after its last use.
             self.shared.unlink()
 
     def open(self) -> None:

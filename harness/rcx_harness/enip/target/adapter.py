@@ -29,8 +29,8 @@ class Adapter(Closing):
 
     Args:
         port: TCP and UDP port of explicit messages, 0 for any free one.
-        cyclic: UDP port of cyclic I/O, 0 for any free one; None for explicit messages only, which
-            start faster.
+        cyclic: UDP port of cyclic I/O, 0 for any free one; None for explicit messages only. An
+            adapter without cyclic I/O starts faster.
 
     Attributes:
         shared: Both assemblies, and the state of the cyclic connections.
@@ -65,8 +65,8 @@ class Adapter(Closing):
             self.shared.close()
             raise
         finally:
-            # All processes have opened the memory. Once its name is removed, the system frees it at
-            # the end.
+            # All processes have opened the memory. Once the name of the memory is removed, the
+            # system frees the memory after its last use.
             self.shared.unlink()
         started = self._child.started
         if "port" not in started:

@@ -1,8 +1,8 @@
 """The process of the adapter: the device with its TCP and UDP ports.
 
-`rcx_harness.enip.target.adapter` starts it with its settings as JSON. It reports on standard output
-where it listens, or why it cannot. It ends when its standard input ends, at the latest with its
-parent.
+`rcx_harness.enip.target.adapter` starts the process with its settings as JSON. The process reports
+on standard output where it listens, or why it cannot listen. The process ends when its standard
+input ends, at the latest with its parent.
 """
 
 from __future__ import annotations
@@ -79,7 +79,8 @@ class _Adapter:
             await self._start()
         except EnipError as error:
             tell({"refused": str(error)})
-        except (OSError, OverflowError, UnicodeError) as error:  # also: bad port or host name
+        # also raised for a bad port or host name
+        except (OSError, OverflowError, UnicodeError) as error:
             tell({"error": str(error)})
         else:
             await self._until_parent_gone()
@@ -166,7 +167,7 @@ class _Adapter:
                 pass
             self._loop.call_soon_threadsafe(parent_gone.set)
 
-        # In a thread, because the event loop of some platforms cannot wait for a pipe.
+        # A thread waits, because the event loop of some platforms cannot wait for a pipe.
         threading.Thread(target=wait_for_parent, daemon=True).start()
         waiting = asyncio.create_task(parent_gone.wait())
         looking = asyncio.create_task(self._look())
@@ -177,7 +178,7 @@ class _Adapter:
         looking.cancel()
 
     def _lose_cyclic_part(self, device: Device) -> None:
-        """Publish the loss of the owner in place of the cyclic process, which has ended."""
+        """Publish the loss of the owner; the cyclic process has ended and cannot publish it."""
         device.connections.forget_cyclic()
         if self._shared.owner in (OwnerState.WAITING, OwnerState.RUN, OwnerState.IDLE):
             self._shared.set_owner(OwnerState.TIMED_OUT, None)

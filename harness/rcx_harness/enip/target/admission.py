@@ -1,4 +1,4 @@
-"""Checks of requests to open a connection: electronic keys, free places, parameters.
+"""Checks of requests to open a connection: electronic keys, number of connections, parameters.
 
 The order of the checks is our choice. Each refusal carries general status 0x01 and an extended
 status from CIP volume 1, chapter 3, 5.6.
@@ -54,10 +54,11 @@ _KEPT_PART = 8
 
 
 def has_room(taken: Iterable[str], peer: str, places: int, of_peer: int) -> bool:
-    """Return whether an address may use one more place.
+    """Return whether an address may open one more connection.
 
-    `taken` has an address for each used place. The last eighth of the places is reserved for
-    addresses that use no place yet, and an address may use at most `of_peer` places.
+    `taken` has the address of each open connection. At most `places` connections can be open, and
+    at most `of_peer` from one address. The last eighth is reserved for addresses without a
+    connection.
     """
     count = Counter(taken)
     own = count[peer]
@@ -85,7 +86,7 @@ def check_transport(request: ForwardOpen) -> None:
     """Check connection types, multiplier, transport class, direction and trigger.
 
     Raises:
-        Refusal: 0x123, 0x124, 0x132, 0x133, 0x11C, 0x11D, 0x11E, 0x125.
+        Refusal: with extended status 0x123, 0x124, 0x132, 0x133, 0x11C, 0x11D, 0x11E or 0x125.
     """
     kinds = request.o_to_t.kind, request.t_to_o.kind
     if kinds == (ConnectionType.NULL, ConnectionType.NULL):
@@ -112,7 +113,7 @@ def check_explicit(request: ForwardOpen, path: ConnectionPath) -> None:
     """Check an explicit connection: its path to the Message Router and its size.
 
     Raises:
-        Refusal: 0x12F, 0x127, 0x128, 0x112.
+        Refusal: with extended status 0x12F, 0x127, 0x128 or 0x112.
     """
     if path.application() != (ClassId.MESSAGE_ROUTER, (1,)):
         raise refused(ExtendedStatus.INCONSISTENT_PATHS)
@@ -139,7 +140,8 @@ def check_cyclic(
         The application type that its paths select.
 
     Raises:
-        Refusal: 0x12F, 0x129, 0x12A, 0x12B, 0x126, 0x127, 0x128, 0x112, 0x11B.
+        Refusal: with extended status 0x12F, 0x129, 0x12A, 0x12B, 0x126, 0x127, 0x128, 0x112 or
+            0x11B.
     """
     kind = _check_paths(path)
     expected = SEQUENCE_SIZE + RUN_IDLE_SIZE + size
@@ -183,6 +185,6 @@ def _check_intervals(request: ForwardOpen, least: int, greatest: int) -> None:
 
 
 def _interval(o_to_t: int, o_to_t_us: int, t_to_o: int, t_to_o_us: int) -> Refusal:
-    """Return refusal 0x112 with acceptable intervals: two bytes with their meanings, then both."""
+    """Return refusal 0x112: two bytes with the meanings of the intervals, then both intervals."""
     words = (number & 0xFFFF for us in (o_to_t_us, t_to_o_us) for number in (us, us >> 16))
     return refused(ExtendedStatus.RPI_NOT_ACCEPTABLE, o_to_t | t_to_o << 8, *words)

@@ -108,7 +108,7 @@ class ExplicitConnection:
         self._reply = b""
 
     def has_timed_out(self, now: float) -> bool:
-        """Return whether no message came within the time-out; the first has at least 10 s."""
+        """Return whether no message came within the time-out (for the first: at least 10 s)."""
         return now >= self._deadline
 
     def answer(self, message: bytes, now: float, perform: Callable[[bytes], bytes]) -> bytes | None:
@@ -159,7 +159,7 @@ class ConnectionManager:
         identity: Compared with the electronic keys of requests.
         cyclic: The cyclic exchange; None for an adapter with explicit connections only.
         draw_id: Function that returns 32 random bits for a connection id. It must be impossible to
-            guess an id from other ids, including those before the last start.
+            guess an id from other ids, even from ids before the last start.
         on_refused: Function that is called with a sentence for each refused Forward Open.
         group: Multicast address to produce to.
     """
@@ -257,7 +257,7 @@ class ConnectionManager:
         self._openers.clear()
 
     def close_all(self) -> None:
-        """Close everything, as a reset does."""
+        """Close all connections, as a reset does."""
         while self._class1:
             self._remove(next(iter(self._class1)))
         self._drop(lambda _: True)
@@ -329,7 +329,7 @@ class ConnectionManager:
         )
         try:
             self._cyclic.add(parameters)
-        except EnipError:  # its process has ended
+        except EnipError:  # the cyclic process has ended
             raise refused(ExtendedStatus.OUT_OF_CONNECTIONS) from None
         self._class1[request.triad] = parameters
         self._openers[request.triad] = origin.session

@@ -2,8 +2,8 @@
 
 A session is one TCP connection of a scanner, with encapsulation commands and their answers. Source:
 EtherNet/IP adaptation of CIP (volume 2), chapter 2. A command that cannot be served is answered
-with an error status. UnRegisterSession ends the connection. A frame that is too long or too slow,
-and a long silence, end it as well.
+with an error status. The connection ends with UnRegisterSession, after a frame that is too long or
+too slow, and after a long silence.
 """
 
 from __future__ import annotations
@@ -103,11 +103,11 @@ class Session:
         return limit > 0 and now - self._last_frame >= limit
 
     def gives_way(self) -> tuple[bool, float] | None:
-        """Return the rank for being closed in favour of a new session; the lowest rank is closed.
+        """Return the rank of the session; a new session replaces the session with the lowest rank.
 
-        TCP connections without a session rank below those with a session; among equals, the longest
-        silence ranks lowest. None: it must stay, because it has an open connection or its last
-        request is recent.
+        TCP connections without a session have a lower rank than those with a session; among equals,
+        the longest silence has the lowest rank. None: the session must stay, because it has an open
+        connection or its last request is recent.
         """
         if not self._handle:
             return False, self._last_frame
@@ -191,7 +191,7 @@ class Session:
 
 
 MAX_SESSIONS = 64
-"""As many as TCP connections (`servers`), so each connection can have a session."""
+"""The limit is equal to the limit of TCP connections (`servers`), so each can have a session."""
 
 # Identity object, status word: bit 0, and bits 4 to 7 (volume 1, chapter 5, 2.2.1.5)
 _OWNED = 0x0001

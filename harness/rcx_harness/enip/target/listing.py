@@ -43,7 +43,7 @@ class Listing:
         and port, as shown by ListIdentity.
 
         Returns:
-            The answer; None for another command.
+            The answer; None if the command is not one of these three.
         """
         if frame.command == Command.LIST_SERVICES:
             item = struct.pack("<HH16s", PROTOCOL_VERSION, self._flags, b"Communications")

@@ -45,7 +45,7 @@ def address_toward(local: str, peer: str = _ELSEWHERE) -> str:
         return local
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         try:
-            # connect of a UDP socket only selects the route; it sends nothing
+            # `connect` on a UDP socket only selects the route; it sends nothing
             probe.connect((peer, 9))
         except OSError:  # there is no route
             return "127.0.0.1"

@@ -46,7 +46,8 @@ def tcp_ip_values(interface: NetworkInterface, group: str) -> dict[int, bytes]:
         1: struct.pack("<I", _CONFIGURED),
         2: bytes(4),  # configuration capability: none
         3: bytes(4),  # configuration control: a fixed address
-        4: bytes(2),  # physical link object: two of them, behind the module's switch
+        # physical link object: no path, because the module's switch has two of these objects
+        4: bytes(2),
         5: address + bytes(2),  # gateway, name servers and domain name: none
         6: bytes(2),  # host name: none
         7: bytes(6),  # safety network number
@@ -187,7 +188,7 @@ class ObjectModel:
         """Check that the object of `path` exists.
 
         Raises:
-            Refusal: 0x05, no such class or instance.
+            Refusal: 0x05 if there is no such class or instance.
         """
         if self._find(path.class_id, path.instance) is None:
             raise Refusal(Status.PATH_DESTINATION_UNKNOWN)
@@ -196,7 +197,7 @@ class ObjectModel:
         """Return the value of an attribute of an existing object.
 
         Raises:
-            Refusal: 0x14, no such attribute.
+            Refusal: 0x14 if there is no such attribute.
         """
         value: bytes = self._attribute(class_id, instance, attribute).produce()
         return value
@@ -205,8 +206,9 @@ class ObjectModel:
         """Set the complete value of an attribute of an existing object.
 
         Raises:
-            Refusal: 0x14 no such attribute, 0x0E read only, 0x13 too short, 0x15 too long, 0x09
-                invalid value, 0x0C a connection owns the device, so nothing may be set.
+            Refusal: 0x14 if there is no such attribute, 0x0E if it is read only, 0x13 if the value
+                is too short, 0x15 if it is too long, 0x09 if it is invalid, 0x0C while a connection
+                owns the device, because then nothing may be set.
         """
         attribute = self._attribute(path.class_id, path.instance, path.attribute)
         if getattr(attribute, "write", None) is None:
@@ -227,7 +229,7 @@ class ObjectModel:
             The complete CIP reply.
 
         Raises:
-            Refusal: 0x08, the object does not know the service.
+            Refusal: 0x08 if the object does not support the service.
         """
         data = dotdict(
             service=service,

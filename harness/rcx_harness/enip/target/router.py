@@ -26,7 +26,7 @@ __all__ = ["Router"]
 
 _MAX_REPLY = 4000
 _CONNECTION_SERVICES = frozenset(ConnectionService)
-# Priority and ticks, length of the message
+# two bytes with priority and ticks (ignored), then the length of the message
 _UNCONNECTED_SEND = struct.Struct("<2xH")
 _BACKPLANE = b"\x01\x00"  # port 1, link address 0: scanners presume a processor there
 
@@ -77,7 +77,7 @@ class Router:
     def _perform(self, request: Request) -> bytes:
         path = request.path
         if request.service == Service.GET_ATTRIBUTE_SINGLE:
-            # Data behind a read request is ignored, because some clients append an empty route.
+            # Data after a read request is ignored, because some clients append an empty route.
             value = self._objects.get(path.class_id, path.instance, path.attribute)
             return encode_reply(request.service, Status.SUCCESS, value)
         if request.service == Service.SET_ATTRIBUTE_SINGLE:
@@ -146,7 +146,7 @@ class Router:
                 if known
                 else ExtendedStatus.PORT_NOT_AVAILABLE
             )
-            # remaining words of the route, and a reserved byte
+            # the data are the number of remaining words of the route, and a reserved byte
             raise Refusal(Status.CONNECTION_FAILURE, (code,), bytes([words, 0]))
         message = data[_UNCONNECTED_SEND.size : end]
         if length < 2 or routed:

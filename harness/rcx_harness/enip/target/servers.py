@@ -139,7 +139,7 @@ class _Connection(asyncio.BufferedProtocol):
         self.transport.resume_reading()
 
     def give_way(self) -> None:
-        """Close the connection at once, so that its place and session are free."""
+        """Close the connection at once, so that a new connection and a new session are possible."""
         self.transport.abort()
         self._leave()
 
@@ -162,7 +162,7 @@ class UdpServer:
 
     Args:
         local: Host and port to bind to. With `ANY`, a broadcast cannot be distinguished from a
-            request to this device alone, so it is answered at once.
+            request to this device alone, so each request is answered at once.
         broadcasts: Broadcast addresses to listen at; addresses that the system refuses are skipped.
 
     Attributes:

@@ -21,8 +21,8 @@ class Channel:
 
     Attributes:
         name: `status`, `response`, `SO02`, `SO2()`, `reserved` or `SOW(24)`.
-        end: Number of the byte after its last byte.
-        bit: Its bit within the byte; None if the channel consists of whole bytes.
+        end: Number of the byte after the last byte of the channel.
+        bit: The channel's bit within the byte; None if the channel consists of whole bytes.
     """
 
     name: str

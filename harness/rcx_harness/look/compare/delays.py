@@ -96,14 +96,13 @@ class Guide:
     """The source of the delays of a controller in a replay.
 
     A recording without status 0x0100 shows the acceptance of a command only if the command is
-    refused. Of other commands it shows only the end, so their acceptance gets the shortest allowed
-    delay.
+    refused. For other commands the recording shows only the end, so their acceptance gets the
+    shortest allowed delay.
 
     Args:
         recorded: The values of the recording by channel.
         asked: The requests of the PLC, by dedicated input, `code` and `words`: see `asked`.
-        free: Delays of these keys follow the recording, even outside the range of the
-            configuration.
+        free: Keys of delays that follow the recording even outside the range of the configuration.
 
     Attributes:
         drawn: The delays that were drawn, in order.
@@ -122,7 +121,7 @@ class Guide:
         self.drawn: list[Drawn] = []
         self._shows_run = _shows_run(recorded[STATUS], asked["words"])
         self._longest_us = 0  # longest time to the end of a command that acts once
-        # latest delays by key; repeated if the recording does not show one
+        # Latest delay by key. It is used again if the recording does not show the next delay.
         self._latest: dict[str, int] = {}
         draw: Callable[[str], int] = self.draw_us
         vars(self._machine)["draw_us"] = draw
@@ -147,7 +146,10 @@ class Guide:
         return us
 
     def _least_us(self, key: str, now_us: int) -> int:
-        """Return the lower limit of a delay: a command was changed before it had begun or ended."""
+        """Return the lower limit of a delay [us]; 0 if there is none.
+
+        If a command was changed before it had begun or ended, the delay was at least that long.
+        """
         status = self._recorded[STATUS]
         if key == "command_accept_delay":
             changed_us = self._asked["words"].next_change(now_us + 1, None)
@@ -195,7 +197,7 @@ class Guide:
         us = min(found)
         again = [self._asked[name].next_change(now_us + 1, to) for name, to in _ASKED.get(key, ())]
         if key in _OF_COMMANDS or (
-            key != "status_reset_delay"  # no other code ends this delay
+            key != "status_reset_delay"  # a change of the code does not end this delay
             and STATUS in dict(_ANSWERS[key])
             and self._recorded[STATUS].at(now_us) == RUN
         ):

@@ -1,9 +1,9 @@
 """The search for the robot file with which the virtual controller answers like a recorded one.
 
 Delays are measured. Other keys are tried one by one, but only if the controller has read the key
-before the difference. The search takes the key with which both sides agree longest, until they
-agree or no key helps any more. It then notes the difference as unexplained and continues after it.
-At the end it tries each key once more.
+before the difference. The search changes the key with which both sides agree longest, and repeats
+this until they agree. If no key helps any more, it notes the difference as unexplained and
+continues after this difference. At the end it tries each key once more.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ class Knob:
         value: The value with which both sides agree; (shortest, longest) in ms for a delay that
             varies.
         found: Whether the recording decides the value: with another value, both sides would differ.
-        why: The reason in one line.
+        why: The reason for the value, in one line.
         others: Other values with which both sides agree.
-        instead: Other keys with values. Each of them has the same effect if this key stays
+        instead: Other keys with values. Each of these keys has the same effect if `key` stays
             unchanged.
     """
 
@@ -89,7 +89,8 @@ class _Search:
         self._replay, self._progress, self._base = replay, progress, base
         self._result = Fit(base)
         self._asked = asked(replay.recording.inputs)
-        # by key: its value before the fit, and the other keys that fit as well
+        # by changed key: its value before the fit, and other keys that explain the difference as
+        # well
         self._instead: dict[str, tuple[Any, list[tuple[str, Any]]]] = {}
 
     def search(self) -> Fit:
@@ -240,7 +241,7 @@ class _Search:
         return None
 
     def _as_well(self, key: str, spread_us: int) -> Iterator[tuple[str, Any]]:
-        """Return the other keys that explain the same difference as a key."""
+        """Return the other keys that explain the same difference as the changed key."""
         was, others = self._instead.get(key, (None, []))
         for other, value in others:
             changed = replace(self._result.config, **{key: was, other: value})
@@ -249,7 +250,7 @@ class _Search:
                 yield other, value
 
     def _take_delays(self) -> None:
-        """Keep each initial delay that agrees as well as the measured delay; replace all others.
+        """Replace initial delays by measured delays, unless the initial delay agrees as well.
 
         Delays are replaced one after the other, with the earlier ones already replaced, because the
         recording shows only the sum of two consecutive delays.
@@ -301,7 +302,7 @@ def _from_to(key: str, lengths: Sequence[float]) -> dict[str, Any]:
 
 
 def _reach(result: Replayed) -> tuple[int, int]:
-    """Return the time of the first difference and the negative size of it; larger is better."""
+    """Return the time of the first difference and its negative size; a larger pair is better."""
     first_us = result.first_us
     if first_us is None:
         return _NEVER, 0
@@ -315,7 +316,7 @@ def _words(one: Difference) -> int:
 
 
 def _answer(here: Replayed, first: Difference, recorded: bytes) -> bytes:
-    """Return the virtual controller's answer to a recorded area, which may come a little later."""
+    """Return the virtual controller's answer to a recorded area; it may come a little later."""
     area = here.outputs[0][1]
     for t_us, one in here.outputs:
         if t_us > first.begin_us and (

@@ -53,7 +53,7 @@ _LONGEST_INTERVAL_US = 1_000_000
 
 @dataclass(frozen=True)
 class Seen:
-    """The values that a place in a recording suggests.
+    """The values that the recording suggests at one point in time.
 
     Attributes:
         alarms: Numbers of the alarms in the recording.
@@ -69,7 +69,7 @@ class Seen:
 
 
 def seen_at(t_us: int, si: bytes, recorded: bytes, virtual: bytes, clock: str) -> Seen:
-    """Return the values that the answers at a time suggest.
+    """Return the values that the recorded and the virtual answer at one time suggest.
 
     `si` shows which command was requested; `recorded` and `virtual` are the areas of both sides at
     that time, and `clock` is the value of the key `clock`.

@@ -49,7 +49,7 @@ class Recording:
 
     @property
     def begin_us(self) -> int:
-        """Return the first time without a command under way, at which the comparison begins."""
+        """Return the beginning of the comparison: the first time without a command under way."""
         if self.from_power_on:
             return min(self.inputs[0][0], self.outputs[0][0])
         si: bytes | None = None

@@ -25,7 +25,8 @@ __all__ = ["Happening", "Replay", "Replayed", "watched"]
 
 #: Alarm that turns SO(03) ON if a recording begins with SO(03) ON and without a number.
 _UNKNOWN_ALARM = "99.999"
-#: If a recording does not begin at power-on: cycles with its first image before the comparison.
+#: If a recording does not begin at power-on, the controller first runs this number of cycles with
+#: the first image, so that its state settles before the comparison.
 _SETTLE_CYCLES = 200
 _READ = "read by the controller"
 _KEYS = frozenset(entry.name for entry in fields(RobotConfig))
@@ -203,7 +204,7 @@ class Replay:
         if not shown[STATUS] and shown[RESPONSE]:
             machine.ports.outputs[4:DEDICATED_AT] = so[4:DEDICATED_AT]
         machine.pending.clear()
-        controller.origins  # noqa: B018 - whoever asks for them may change them: it looks anew
+        controller.origins  # noqa: B018 - reading them makes the next cycle a full cycle
 
 
 class _Watch:

@@ -24,7 +24,8 @@ from structured_text.output.units import format_us, format_word
 __all__ = ["as_json", "chart", "fit_lines", "lines", "rules_of"]
 
 _MOST = 20
-#: Rules about each signal; the rules of the command's section apply to status and response, too.
+#: Rules about each signal; for status and response, the rules of the command's section apply as
+#: well.
 _OF_SIGNAL = {
     "SO00": ("emergency-stop", "emergency-release", "emergency-terminal", "link-lost", "answers"),
     "SO01": ("cpu-ok", "boot"),

@@ -164,7 +164,8 @@ class Capture:
             self.others["IP fragments, which are not put together"] += 1
             return None
         begin = at + 4 * (version & 0x0F)
-        end = at + length if length else len(data)  # 0: the network card splits the packet later
+        # length 0: the network card splits the packet after the capture
+        end = at + length if length else len(data)
         if len(data) < end and not cut:
             self.others["packets shorter than the length in their IP header"] += 1
             return None

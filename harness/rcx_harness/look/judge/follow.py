@@ -36,8 +36,8 @@ ANSWERS = (
     ("SI16", 1, "SO03", 0),
     ("SI17", 1, "SO11", 1),
 )
-#: Number of times that are stored exactly. Further times are counted in classes; each limit is the
-#: limit before times this factor. This bounds the memory.
+#: Number of times that are stored exactly. Further times are counted in classes; the limit of a
+#: class is the previous limit times this factor. The classes bound the memory.
 _EXACT, _STEP = 1_000, math.log(1.01)
 _PLACES = {
     one.short: (one.byte, one.bit) for table in (signals().input, signals().output) for one in table

@@ -25,7 +25,7 @@ __all__ = ["REPORT_EVERY", "JudgeOptions", "Judgement", "is_capture", "is_judged
 _SHOWN = slice(DEDICATED_AT, DEDICATED_AT + 2)
 _MOST_KEPT = 1_000
 REPORT_EVERY = 20_000
-# first bytes of capture files
+# first bytes of capture files: pcap and pcapng
 _CAPTURES = ("0a0d0d0a", "a1b2c3d4", "d4c3b2a1", "a1b23c4d", "4d3cb2a1")
 _TRACE, _PACKED = "7b", "1f8b"
 #: Commands whose traces do not contain the broken rules of both sides.
@@ -42,7 +42,7 @@ class JudgeOptions:
         sizes: Allowed sizes of their areas.
         tolerance_us: Two changes of dedicated inputs may be closer than 100 ms by this time.
         from_us: Time at which events and chart begin.
-        until_us: Time at which they end; None: the end of the file.
+        until_us: Time at which events and chart end; None: the end of the file.
         trace: File for a trace of all samples; None: no file.
     """
 
@@ -66,7 +66,7 @@ class Judgement:
         capture: The capture; None for a trace.
         header: First line of a trace.
         timeline: The changes for the chart.
-        chart_end_us: Time at which the chart was full; None if it is complete.
+        chart_end_us: Time at which the chart was full; None if the chart is complete.
         findings: Broken rules, at most the first thousand.
         count: Number of all broken rules.
         last_us: Time of the last packet or record.

@@ -53,17 +53,18 @@ class Streams:
 
 
 class _Stream:
-    """One direction of one connection."""
+    """The bytes of one direction of a TCP connection, put into order."""
 
     def __init__(self, first: int) -> None:
         self._next = first
         self._buffer = bytearray()
-        # position in the buffer at which the latest segment begins, perhaps with a frame
+        # Position in the buffer at which the latest segment begins. A frame may begin there, so
+        # older data are dropped only up to this position.
         self._latest = 0
         self._waiting: dict[int, bytes] = {}
 
     def take(self, sequence: int, payload: bytes) -> bool:
-        """Take a segment; return whether missing segments before it are no longer expected."""
+        """Take a segment; return True if missing segments before it are given up."""
         gap = False
         ahead = (sequence - self._next) & _NUMBERS
         if 0 < ahead < _HALF:
@@ -97,7 +98,7 @@ class _Stream:
         return (self._next - sequence) & _NUMBERS < _HALF
 
     def _append(self, sequence: int, payload: bytes) -> None:
-        # bytes of the segment that an earlier segment had, too
+        # number of bytes of the segment that an earlier segment has already contained
         known = (self._next - sequence) & _NUMBERS
         if known < len(payload):
             self._latest = len(self._buffer)

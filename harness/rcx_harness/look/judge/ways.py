@@ -38,7 +38,8 @@ class Way:
     Attributes:
         lost: Number of sequence numbers that never arrived.
         doubled: Number of packets that repeat a sequence number.
-        late: Number of packets that arrived after a newer packet. A receiver ignores them, too.
+        late: Number of packets that arrived after a newer packet. A receiver ignores these packets
+            as well.
         restarts: How often the sequence numbers started again.
         cut: Number of packets that the capture contains only in part.
         wrong: Number of packets with another length than agreed.

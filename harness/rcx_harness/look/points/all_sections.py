@@ -1,6 +1,7 @@
 """Stored data as the data sections of a file with all data of a controller (.ALL).
 
-The format is that of robot/program/all_file.py. It is assumed, because no public file was found.
+The format is described in robot/program/all_file.py. It is assumed, because no public file was
+found.
 """
 
 from __future__ import annotations
@@ -98,7 +99,7 @@ def _shift(shift: object) -> str:
 
 
 def _hand(hand: object) -> str:
-    """Return hand data; with a decimal point the first value is in mm, else as on the wire."""
+    """Return hand data; with a decimal point the first value is in mm, else in the wire's unit."""
     assert isinstance(hand, Hand)
     first = _mm(hand.data[0]) if hand.on_r_axis else str(hand.data[0])
     return " ".join([first, *map(_mm, hand.data[1:3]), *(["R"] if hand.on_r_axis else [])])

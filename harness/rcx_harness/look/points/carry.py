@@ -16,7 +16,8 @@ __all__ = ["TIMEOUT_US", "UNDEFINED", "Carrier", "RefusedError"]
 #: Longest wait for each answer; the code stays set until the end status (guide 1.1, note).
 TIMEOUT_US = 10_000_000
 
-#: "Point doesn't exist", "Undefined pallet". Assumed, because the manual names no alarm.
+#: The alarms "Point doesn't exist" and "Undefined pallet". They are assumed, because the manual
+#: names no alarm.
 UNDEFINED = ("6.204", "6.236")
 
 #: Part of the command's name after Read or Write, and the field with the number.
@@ -83,8 +84,8 @@ class Carrier:
 
         Raises:
             LostError: the connection is gone.
-            RefusedError: a definition ended in an alarm; or it did not end in time, so it may have
-                been executed. The definitions before it have been executed.
+            RefusedError: a definition ended in an alarm, or did not end in time, so it may have
+                been executed. All earlier definitions have been executed.
         """
         for done, key in enumerate(wanted):
             self._run("Write", key, **_fields(key[0], stored.values.get(key, "")))

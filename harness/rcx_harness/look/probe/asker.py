@@ -35,7 +35,7 @@ class SkipError(Exception):
 
 @dataclass(frozen=True)
 class Finding:
-    """The meaning of an answer.
+    """The conclusion from an answer about one rule and its key.
 
     Attributes:
         rule: The name of the rule.
@@ -108,8 +108,8 @@ class History:
     def newest_first(self, before: History, latest: str) -> bool | None:
         """Return whether new alarms are before older alarms.
 
-        Return None if the order cannot be seen. `before` is the history before some alarms came,
-        `latest` the last of these alarms.
+        Return None if the order cannot be seen. `before` is the history before new alarms were
+        raised, and `latest` is the last new alarm.
         """
         ends = (self.head[:1] == (latest,), self.tail[-1:] == (latest,))
         if ends[0] != ends[1]:
@@ -148,7 +148,7 @@ class Asker:
         self._changed_us = -_INTERVAL_US
         self._decides: Mapping[str, tuple[str, ...]] = {}
 
-    # Reports of findings.
+    # --- reports of findings ---
 
     def begin(self, decides: Mapping[str, tuple[str, ...]]) -> None:
         """Assign all further findings to these rules and their keys."""
@@ -177,7 +177,7 @@ class Asker:
                 expected = getattr(_DEFAULTS, name)
                 self.findings.append(Finding(rule, name, values, expected, text, between))
 
-    # Inputs and outputs.
+    # --- inputs and outputs ---
 
     def on(self, name: str) -> bool:
         """Return a dedicated output, as it was received last."""
@@ -265,7 +265,7 @@ class Asker:
         if not self._person(text, event):
             raise SkipError(f"not done: {text}")
 
-    # The connection.
+    # --- opening and closing of the connection ---
 
     def open(self, *on: str, code: int = 0) -> None:
         """Connect, with these inputs and this code in the first packet."""
@@ -313,7 +313,7 @@ class Asker:
         self.until(lambda: self.status == READY)
         self.wait(_INTERVAL_US)
 
-    # Commands.
+    # --- remote commands ---
 
     def command(self, name: str, robot: int = 0, **fields: FieldValue) -> Answer:
         """Execute a remote command by its name; see `telegram`."""

@@ -69,7 +69,10 @@ class NetworkLine:
 
     @property
     def sent(self) -> int:
-        """Return the number of sent packets; each has the data from the time of its preparation."""
+        """Return the number of sent packets.
+
+        A packet contains the data at the time of its preparation.
+        """
         return self._scanner.shared.status().sent
 
     def open(self, first: bytes) -> None:

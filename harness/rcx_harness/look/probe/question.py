@@ -63,5 +63,5 @@ def _asked(
     return made
 
 
-#: Decorators that make a function a question of each risk.
+#: Decorators that make a function a question, one decorator for each risk.
 reading, still, moving = (partial(_asked, risk) for risk in Risk)

@@ -39,7 +39,7 @@ class Verdict:
         verdict: `confirmed`, `confirmed in part`, `refuted` or `not asked`.
         findings: Findings with their questions.
         open: Keys of the rule without a finding.
-        reason: Why the rule was not examined; empty if it was.
+        reason: Why the rule was not examined; empty if it was examined.
     """
 
     rule: Rule

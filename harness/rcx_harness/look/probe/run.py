@@ -1,4 +1,4 @@
-"""The course of a probe: its questions, and every way in which it can end."""
+"""The course of a probe: it asks the questions, and ends safely in every case."""
 
 from __future__ import annotations
 

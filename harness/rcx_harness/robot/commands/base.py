@@ -49,7 +49,10 @@ class Call:
 
     @property
     def places(self) -> tuple[int, ...]:
-        """Return the axes that `axis_designation` and `axes` select, else all axes of the robot."""
+        """Return the places (0 to 5 in the robot) of the selected axes; by default, of all axes.
+
+        The fields `axis_designation` and `axes` select axes.
+        """
         count = len(self.arm.axes)
         if not self.values.get("axis_designation", "axes" in self.values):
             return tuple(range(count))
@@ -60,7 +63,7 @@ class Call:
 
     @property
     def indices(self) -> tuple[int, ...]:
-        """Return the same axes as indices into all axes of the controller."""
+        """Return the axes of `places` as indices into all axes of the controller."""
         return tuple(self.arm.indices[place] for place in self.places)
 
 
@@ -68,10 +71,10 @@ class Execution:
     """A command under way; by default the status reset command does not end it."""
 
     stoppable = False
-    """The status reset command may end it (continuous output); this is not a violation."""
+    """Whether the status reset command may end the command (continuous output) legally."""
 
     def step(self, machine: Machine) -> Response | None:
-        """Continue in this cycle; return the response once it has ended normally, else None."""
+        """Continue the command in this cycle; return the response at its normal end, else None."""
         raise NotImplementedError
 
     def interim(self, machine: Machine) -> Response:
@@ -158,10 +161,10 @@ def perform(machine: Machine, wanted: Request) -> Execution | None:
     """Execute a statement of a robot program as the remote command that does the same.
 
     Returns:
-        The command under way, or None if it is done.
+        The command under way, or None if the command is done.
 
     Raises:
-        CommandError: it cannot be executed.
+        CommandError: the statement cannot be executed.
     """
     values, code = wanted.values, wanted.code
     call = Call(code, machine.arm(wanted.robot or 1), values, wanted.robot, by_program=True)

@@ -13,7 +13,7 @@ from rcx_harness.robot.stored import Hand, Pallet, Point, from_bits, parameter_n
 
 _LENGTH = 16
 _OPERATORS = {0x204: "+", 0x208: "-", 0x20C: "*", 0x210: "/"}
-#: Units of these parameters (kg, g) in one kg of the maximum payload.
+#: Number of units of each parameter (kg, g) in one kg of the maximum payload.
 _PAYLOADS = {"WEIGHT": 1, "WEIGHTG": 1000, "AXWGHT": 1}
 _SUBTRACT = 0x235
 _MM = 0x241
@@ -43,7 +43,7 @@ def write_comment(machine: Machine, call: Call) -> None:
 
 @act(0x105)
 def read_comment(machine: Machine, call: Call) -> Response:
-    """Return the comment of a point, padded behind the text."""
+    """Return the comment of a point, padded at its end."""
     number = call.values["point"]
     filler = "\0" if machine.config.comment_filler == "zeros" else " "
     return {"point": number, "comment": machine.memory.comment(number).ljust(_LENGTH, filler)}
@@ -191,13 +191,13 @@ def _name(call: Call) -> str:
 
 
 def _axis(call: Call) -> int:
-    """Return the place of the axis in the robot; 0 for a parameter of the robot."""
+    """Return the place of the axis in the robot, 0 to 5; 0 for a parameter of the whole robot."""
     places = call.places
     return places[0] if places else 0
 
 
 def _replaced(machine: Machine, call: Call, data: Sequence[int]) -> tuple[int, ...]:
-    """Return the data with the value at the place (or places) that the data number selects."""
+    """Return the data with the value in the elements that the data number selects."""
     bits, value = call.values["data_number"], call.values["value"]
     if bits & (bits - 1) and not machine.config.several_elements:
         raise CommandError(machine.config.format_alarm)

@@ -37,7 +37,7 @@ class Jog(Moving):
         super().__init__(call, movement)
 
     def step(self, machine: Machine) -> Response | None:
-        """Return the position at the end, if requested."""
+        """Return the position at the end of the jog, if it was requested; None before the end."""
         if self.movement.stopped_by == STOP:
             raise CommandError(STOP, position_output(self.call))
         response = super().step(machine)
@@ -58,7 +58,7 @@ def inch(machine: Machine, call: Call) -> Moving:
 
 
 def _axis(call: Call) -> tuple[int, int]:
-    """Return the place of the selected axis, and +1 or -1."""
+    """Return the place of the selected axis (0 to 5 in the robot), and the direction, +1 or -1."""
     (place,) = call.places
     return place, -1 if call.values["direction"] else 1
 
@@ -93,7 +93,7 @@ def _manual(call: Call) -> Pace:
 
 
 def _ways(call: Call, distance: float) -> Mapping[int, float]:
-    """Return the change of each coordinate, by place, if the tool moves along the selected axis."""
+    """Return the change of each coordinate, by its index, if the tool moves along the axis."""
     place, sign = _axis(call)
     ways = {place: sign * distance}
     if call.code in _TOOL:
@@ -143,7 +143,7 @@ def _reach(call: Call) -> float:
 
 
 def _last(inside: Callable[[float], bool], end: float) -> float:
-    """Return the longest distance that stays inside, searched in steps, then by bisection."""
+    """Return the longest distance within the soft limits, searched in steps, then by bisection."""
     steps: Iterable[float] = (k * _STEP for k in range(1, int(end / _STEP) + 1))
     out = next((distance for distance in chain(steps, (end,)) if not inside(distance)), None)
     if out is None:

@@ -1,7 +1,7 @@
 """Category 1: programmed movements (guide, 4.2.1 to 4.2.5, 4.2.21, 4.2.23).
 
-MOVE, MOVEI and MOVET with all axes, DRIVE and DRIVEI with one axis, pallet movement and PUSH; and
-the common part of all commands that move.
+The commands are MOVE, MOVEI and MOVET with all axes, DRIVE and DRIVEI with one axis, pallet
+movement and PUSH. The module also has the functions that all moving commands share.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _MM = (0x006, 0x00E, 0x012, 0x016, 0x04C)
 _DRIVE_TO_POINT = (0x010, 0x04B)
 _DRIVEI_BY_POINT = 0x014
 _PALLET_ARCH = 0x019
-_R_ONLY = (3,)  # places, from 0 on
+_R_ONLY = (3,)  # places of the axes in the robot, from 0
 _R_AND_ARM = (0, 1, 3)
 
 
@@ -48,12 +48,12 @@ class Moving(Execution):
     """A command that ends with its movement."""
 
     def __init__(self, call: Call, movement: Movement) -> None:
-        """Take over `movement`, which is under way."""
+        """Create the command for a `movement` that has already begun."""
         self.call = call
         self.movement = movement
 
     def step(self, machine: Machine) -> Response | None:
-        """Return the position at the end, if requested."""
+        """Return the position, if requested, at the end of the movement; None before the end."""
         if self.movement.stopped_by:
             raise CommandError(self.movement.stopped_by)
         return position_output(self.call) if self.movement.done else None
@@ -193,7 +193,7 @@ def move_in_tool_coordinates(machine: Machine, call: Call) -> Moving:
     if point.mm or frame.straight:
         there = arm.frame_with(point.hand) if point.hand else frame
         ends = there.to_pulses(frame.tool_to_mm(frame.to_mm(start), way))
-    else:  # in pulses the axes are the coordinates, so each moves by its own data
+    else:  # in pulses each coordinate is an axis, so each selected axis moves by its own element
         ends = tuple(at + point.data[k] * (k in places) for k, at in enumerate(start))
     target = {
         place: round(end)
@@ -278,7 +278,7 @@ def _hand(call: Call) -> int:
 
 
 def _target(call: Call, point: Point, places: Iterable[int]) -> dict[int, int]:
-    """Return the position of a point, by place [pulses].
+    """Return the position of a point [pulses], by the place of the axis in the robot.
 
     A point without a hand system uses the arm designation; on lines and arcs it uses the current
     arm.

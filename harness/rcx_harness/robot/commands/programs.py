@@ -14,8 +14,8 @@ from rcx_harness.robot.program.task import NEXT_LINE, RUN, STEP
 from rcx_harness.robot.signals import dedicated_outputs
 
 _KINDS = ("DI", "DO", "MO", "LO", "TO", "SI", "SO")
-_DEDICATED = 2  # SO0() and SO1()
-_STOP_PORT, _STOP_BIT = 0, 6  # DI(06)
+_DEDICATED = 2  # number of dedicated ports: SO0() and SO1()
+_STOP_PORT, _STOP_BIT = 0, 6  # DI(06), the stop input of the parallel I/O board
 _ALL, _NUMBER, _TASK = 0, 1, 2  # designation methods; any other is the name
 _NAME_LENGTH = 16
 _COMMON, _IN_COMMON = "COMMON", 10000
@@ -130,7 +130,10 @@ def _named(call: Call) -> tuple[str, int]:
 
 
 def _place(machine: Machine, call: Call) -> int:
-    """Return the place of the selected program; the lowest place if several have that name."""
+    """Return the place of the selected program in the list of programs, from 0.
+
+    If several programs have the requested name, the first of them is selected.
+    """
     tasks, values = machine.program.tasks, call.values
     if values["method"] == _TASK:
         task = machine.program.in_task(values["task"])

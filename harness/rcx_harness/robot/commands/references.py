@@ -16,10 +16,10 @@ _NO_SCARA = 9
 _DESIGNATION = 0x50B
 _OF_MAX = 0x510
 _TYPES = {1: "incremental", 2: "absolute"}
-_HALF = 8  # tasks in an answer
+_HALF = 8  # number of tasks in one answer
 _STOPPED, _RUNNING, _SUSPENDED, _STANDBY, _NO_TASK = 0, 1, 2, 3, 9
 _NETWORK_GROUP = 12
-_ETHERNET_IP = 0x0401  # unit number
+_ETHERNET_IP = 0x0401  # unit number of an EtherNet/IP unit in an option slot
 _CONTROLLER, _SLOT = 1, 3  # kind and detail of a Place
 
 

@@ -36,7 +36,8 @@ def change_setting(machine: Machine, call: Call) -> None:
 def select_shift(machine: Machine, call: Call) -> None:
     """Select a shift (4.2.17)."""
     number = call.values["shift"]
-    machine.memory.shift(number)  # raises the same alarm as the shift reference
+    # raises the alarm of the shift reference if the shift is not defined
+    machine.memory.shift(number)
     call.arm.settings.shift = number
 
 
@@ -44,7 +45,8 @@ def select_shift(machine: Machine, call: Call) -> None:
 def select_hand(machine: Machine, call: Call) -> None:
     """Select a hand (4.2.18)."""
     number = call.values["hand_number"]
-    machine.memory.hand(call.arm.number, number)  # raises the same alarm as the hand reference
+    # raises the alarm of the hand reference if the hand is not defined
+    machine.memory.hand(call.arm.number, number)
     call.arm.settings.hand = number
 
 
@@ -140,7 +142,7 @@ def release(machine: Machine, call: Call) -> None:
 
 @act(0x041)
 def motor_power_off(machine: Machine, call: Call) -> None:
-    """Switch motor power and all servos OFF, with all brakes (4.2.20)."""
+    """Switch motor power and all servos OFF, and apply all brakes (4.2.20)."""
     config = machine.config
     programs = config.motor_power_stops_program
     machine.switch_servos_off(config.servo_off_alarm, lock=True, stop_programs=programs)

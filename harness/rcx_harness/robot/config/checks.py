@@ -102,7 +102,7 @@ _NO_ALARM = ("power_on_alarm", "main_power_alarm", "undefined_data_alarm")
 _ALARMS = ('group and category as "12.600"', 'a list of alarms as ["12.600"]')
 _POSITIVE = ("pulses_per_mm", "max_speed", "max_acceleration")
 _INT32 = (-(2**31), 2**31 - 1)
-#: Lower limit of numbers above 0, and upper limit of all numbers: a year in milliseconds.
+#: The smallest allowed number above 0, and the largest allowed number (a year in milliseconds).
 _LEAST, _MOST = 1e-6, 365 * 86_400_000
 #: Limit of a value in a message [characters].
 _SHOWN = 80
@@ -238,7 +238,7 @@ def alarm_code(number: Any, key: str = "alarm") -> tuple[int, int]:
     """Return group and category of an alarm number.
 
     Raises:
-        InputError: it is not a number like `"12.600"`.
+        InputError: the text is not an alarm number like `"12.600"`.
     """
     match = re.fullmatch(r"(\d{1,5})\.(\d{1,5})", number) if isinstance(number, str) else None
     code = (int(match[1]), int(match[2])) if match else (-1, -1)

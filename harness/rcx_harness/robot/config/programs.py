@@ -48,7 +48,7 @@ class Brought:
             count = ROBOTS if name in ROBOT_PARAMETERS else axes
             default = given.get(0, PARAMETER_DEFAULTS.get(name, 0))
             listed[name] = tuple(given.get(place, default) for place in range(1, count + 1))
-        if "WEIGHTG" in listed:  # both parameters set the payload
+        if "WEIGHTG" in listed:  # WEIGHT and WEIGHTG both set the payload
             listed.pop("WEIGHT", None)
         return listed
 
@@ -57,7 +57,7 @@ def brought(file: Path, table: dict[str, Any]) -> Brought:
     """Read the files that a robot file names, and remove `data_file` from `table`.
 
     Raises:
-        InputError: a file cannot be read, or the first error in it.
+        InputError: a file cannot be read, or has an error; the first error is raised.
     """
     own = table.get("programs", [])
     own = own if isinstance(own, list) and all(isinstance(one, dict) for one in own) else []

@@ -59,7 +59,7 @@ class AllFile:
         points: Points by number.
         comments: Comments of points by number.
         shifts: Shifts by number, in 0.001 mm and 0.001 degree.
-        hands: Hands of robot 1 by robot and number.
+        hands: Hands by robot (always 1) and number.
         pallets: Pallets by number.
         variables: SGI and SGR by name.
         parameters: Values by name, then by robot or axis of the controller (from 1; 0: all).
@@ -81,7 +81,7 @@ def read_all(path: Path) -> AllFile:
     """Read a file with all data of a controller.
 
     Raises:
-        InputError: it cannot be read, it has no section, or two programs have the same name.
+        InputError: the file cannot be read, has no section, or has two programs of the same name.
     """
     content = AllFile()
     lines = text_of(path).splitlines()
@@ -105,7 +105,7 @@ def read_all(path: Path) -> AllFile:
 
 
 def _sections(lines: list[str]) -> Iterator[tuple[str, int, int]]:
-    """Yield the name, the first line and the line behind the last line of each section."""
+    """Yield the name, the first line and the line after the last line of each section."""
     heads = [
         (k, match[1].upper()) for k, text in enumerate(lines, 1) if (match := _SECTION.match(text))
     ]
@@ -118,7 +118,7 @@ Body = list[tuple[int, str]]
 
 
 def _programs(body: Body, content: AllFile) -> None:
-    """Read `NAME=MAIN` and the lines of the program behind it."""
+    """Read `NAME=MAIN`, and the lines of the program that follow."""
     heads = [(k, match[1]) for k, (_, text) in enumerate(body) if (match := _NAME.match(text))]
     ends = [*(k for k, _ in heads[1:]), len(body)][: len(heads)]
     for (k, name), end in zip(heads, ends, strict=True):

@@ -37,10 +37,11 @@ class _Block:
 
     Attributes:
         kind: IF, FOR, WHILE, SELECT or SUB.
-        line: Number of its first line.
-        at: Position at which it begins.
-        test: Position of the condition that jumps to the next branch or behind the block; -1: none.
-        exits: Positions of the jumps behind the block.
+        line: Number of the block's first line.
+        at: Position at which the block begins.
+        test: Position of the condition that jumps to the next branch or to the end of the block;
+            -1: none.
+        exits: Positions of the jumps to the end of the block.
         name: Variable of FOR, hidden variable of SELECT, or name of SUB.
     """
 
@@ -84,7 +85,9 @@ class _Linker:
             if line.label in self.labels:
                 self._error(f"the label {line.label} occurs twice", "rename one of them")
             if line.statement is None:
-                self._emit("label")  # a jump continues behind it: a label alone is not a line
+                # a jump continues after this instruction, because a label alone is not a line to
+                # execute
+                self._emit("label")
             self.labels[line.label] = len(self.code)
         if line.statement is not None:
             self._statement(line.statement)
@@ -115,7 +118,7 @@ class _Linker:
         else:
             self._emit(node.kind, *node.args)
 
-    # Blocks
+    # --- statements that begin, divide or end a block ---
 
     def _on_if_line(self, condition: Node, then: Node, otherwise: Node | None) -> None:
         test = self._emit("unless", condition)
@@ -215,7 +218,7 @@ class _Linker:
             self._emit("exit_sub")
             self._close(block)
 
-    # Other statements
+    # --- all other statements ---
 
     def _moves(self, node: Node) -> None:
         """Emit one movement for each target; only the last one has CONT."""
@@ -243,7 +246,7 @@ class _Linker:
             own = [one for one in options if last or one.kind != "cont"]
             self._emit(node.kind, robot, kind, tuple(targets[at : at + size]), tuple(own))
 
-    # Parts
+    # --- helper methods ---
 
     def _emit(self, kind: str, *args: Any, jump: int = -1) -> int:
         self.code.append(Instruction(kind, args, self._line, jump))

@@ -115,7 +115,7 @@ def _options(one: Instruction) -> Iterator[InputError]:
 
 
 def _switches(one: Instruction) -> Iterator[InputError]:
-    """Check the words of SERVO and MOTOR: the grammar accepts those of both for each."""
+    """Check the words of SERVO and MOTOR; the grammar does not distinguish the two statements."""
     if one.kind == "servo" and one.args[1] == "PWR":
         yield InputError("SERVO PWR does not exist", hint="write MOTOR PWR")
     if one.kind == "motor" and one.args[0] == "FREE":

@@ -61,9 +61,9 @@ class Order:
     """An order to a task: `what` is START, SUSPEND, RESTART or CUT.
 
     Attributes:
-        program: Name or number (place in the list of programs) of the program, or None.
+        program: Name of the program, or its number (the position in the list of programs), or None.
         task: Number of the task, or None.
-        priority: For START; None: the usual one.
+        priority: Priority of a task that START starts; None: the usual priority.
     """
 
     what: str
@@ -117,7 +117,7 @@ def execute(one: Instruction, task: Running, world: World) -> int:
     return _FUNCTIONS[one.kind](one, task, world)
 
 
-# Flow
+# --- program flow ---
 
 
 def _label(one: Instruction, task: Running, world: World) -> int:
@@ -236,7 +236,7 @@ def _dim(one: Instruction, task: Running, world: World) -> int:
 _LARGEST_ARRAY = 32768
 
 
-# Errors
+# --- handling of errors ---
 
 
 def _on_error(one: Instruction, task: Running, world: World) -> int:
@@ -262,7 +262,7 @@ def _resume(one: Instruction, task: Running, world: World) -> int:
     return behind if behind >= 0 else at + 1
 
 
-# Ends and tasks
+# --- ends of programs, and orders to tasks ---
 
 
 def _halt(one: Instruction, task: Running, world: World) -> int:
@@ -305,7 +305,7 @@ def _task_order(one: Instruction, task: Running, world: World) -> int:
     return NEXT
 
 
-# Inputs and outputs
+# --- inputs and outputs ---
 
 
 def _assign(one: Instruction, task: Running, world: World) -> int:
@@ -336,7 +336,7 @@ def _out(one: Instruction, task: Running, world: World) -> int:
     return NEXT
 
 
-# Waiting
+# --- instructions that wait ---
 
 
 def _delay(one: Instruction, task: Running, world: World) -> int:
@@ -378,7 +378,7 @@ def _wait(one: Instruction, task: Running, world: World) -> int:
     return result
 
 
-# Settings
+# --- settings ---
 
 
 def _setting(one: Instruction, task: Running, world: World) -> int:

@@ -158,7 +158,7 @@ def number_of(value: Value, config: RobotConfig) -> int | float:
     """Return a number as it is.
 
     Raises:
-        CommandError: it is a text or a point.
+        CommandError: the value is a text or a point.
     """
     if isinstance(value, (int, float)):
         return value
@@ -179,7 +179,7 @@ def _key(name: str, indices: list[Node | None], world: Surroundings, scope: Scop
     return f"{name}({','.join(map(str, numbers))})"
 
 
-# Points, shifts and hands
+# --- points, shifts and hands ---
 
 
 def _place(kind: str, target: Node, world: Surroundings, scope: Scope) -> int:
@@ -224,7 +224,7 @@ def _assign_hand(place: int, source: Node, value: Value, world: Surroundings) ->
     world.memory.hands[1, place] = Hand((data[0], data[1], data[2], int(on_r)))
 
 
-# Evaluators, one for each kind of node
+# --- evaluators, one for each kind of node ---
 
 Evaluator = Callable[[tuple[Any, ...], Surroundings, Scope], Any]
 
@@ -324,7 +324,7 @@ _EVALUATORS: dict[str, Evaluator] = {
 }  # fmt: skip
 
 
-# Functions
+# --- functions of the language ---
 
 Function = Callable[[list[Node], Surroundings, Scope], Value]
 

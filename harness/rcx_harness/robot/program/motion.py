@@ -53,9 +53,9 @@ class Way:
     """A path that PATH statements define.
 
     Attributes:
-        start: Its start [pulses].
+        start: The start of the path [pulses].
         parts: The points of each line or arc, and its speed and accelerations as in a Request.
-        ended: PATH END has ended its definition.
+        ended: Whether PATH END has ended the definition.
     """
 
     start: tuple[int, ...]
@@ -232,9 +232,9 @@ _REQUESTS: dict[str, Callable[[Instruction, Surroundings, Scope], Request]] = {
 }
 
 
-# Settings
+# --- statements that change settings ---
 
-#: Speeds of a robot: fields of its settings.
+#: By statement: the field of the robot's settings that contains the speed.
 _SPEED_SETTINGS = {"SPEED": "program_speed", "ASPEED": "auto_speed"}
 
 
@@ -271,7 +271,7 @@ def _check_range(value: int, low: float, high: float, world: Surroundings) -> No
         raise CommandError(world.config.format_alarm)
 
 
-# Options
+# --- options of movements ---
 
 
 def _paced(options: Sequence[Node], world: Surroundings, scope: Scope) -> dict[str, Any]:

@@ -1,7 +1,8 @@
 """The execution of movements and of other statements that are remote commands.
 
-A movement begins once the movement before it allows that, has options on the way, and ends in the
-OUT position range. The functions return NEXT or STAY, as all functions of `execution` do.
+A movement begins when the previous movement permits it. Its options, such as outputs, act on the
+way. It ends when its axes are in the OUT position range. The functions return NEXT or STAY, as all
+functions of `execution` do.
 """
 
 from __future__ import annotations
@@ -139,9 +140,9 @@ def define_path(one: Instruction, task: MovingTask, world: MovingWorld) -> int:
 
 
 def _may_begin(robot: int, world: MovingWorld) -> bool:
-    """Return whether the movement before has ended, or has CONT and is in its OUT position range.
+    """Return whether the movement before has ended, or has CONT and is in the OUT position range.
 
-    A movement of a remote command does not delay a program: the program gets an alarm.
+    If a remote command moves the robot, the program does not wait: it gets an alarm.
     """
     before = world.motion.under_way_of(robot)
     if before is None or before.done or not before.by_program:
@@ -153,7 +154,7 @@ def _may_begin(robot: int, world: MovingWorld) -> bool:
 
 
 def _drop_interrupted(task: MovingTask) -> None:
-    """Begin a movement that a stop has ended again when the program continues."""
+    """Discard a movement that a stop has ended, so that the continued program begins it again."""
     if not task.interrupted:
         return
     task.interrupted = False

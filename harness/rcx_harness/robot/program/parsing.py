@@ -18,9 +18,9 @@ from structured_text.errors import InputError
 __all__ = ["parse"]
 
 
-#: Parts of a statement. Texts, names, ports with their numbers, rows of numbers, and hexadecimal
-#: and binary numbers stay unchanged. Marks replace labels behind a word, and all other numbers,
-#: including those of points, shifts and hands.
+#: A pattern for the parts of a statement. Texts, names, ports with their numbers, rows of numbers,
+#: and hexadecimal and binary numbers stay unchanged. Marks replace labels behind a word, and all
+#: other numbers, including those of points, shifts and hands.
 _PARTS = re.compile(
     r"""(?P<word>\b(?:GOTO|GOSUB|THEN|ELSE)\s+)(?P<label>\*[A-Z][A-Z0-9_]*)
     | "[^"]*" | (?:D[IO]|MO|LO|TO|S[IO][WD]?)\d*\s*\([^()]*\) | &[HB][0-9A-F]+
@@ -80,7 +80,7 @@ def _place(part: object) -> int | None:
 
 
 def _filled(node: Node, values: Sequence[int | str]) -> Node:
-    """Return the node with the values in place of the marks."""
+    """Return the node in which the marks are replaced by their values."""
     args: list[Any] = []
     for part in node.args:
         place = None if isinstance(part, Node) else _place(part)
@@ -188,7 +188,7 @@ class _Builder(Transformer[Token, Node]):
 
 
 def _plain(child: Any) -> Any:
-    """Return a token as a plain text or number, everything else as it is."""
+    """Return a token as a plain text or number; return any other value unchanged."""
     if not isinstance(child, Token):
         return child
     return _number(child) if child.type == "NUMBER" else str(child)

@@ -26,7 +26,8 @@ def read_file(path: Path) -> Program:
     """Read a program file (.PGM).
 
     Raises:
-        InputError: the file is not a text, or it has an error. `read_program` returns all errors.
+        InputError: the file is not a text, or has an error. Only the first error is raised;
+            `read_program` returns all errors.
     """
     program, errors = read_program(text_of(path), path)
     if errors:
@@ -66,7 +67,7 @@ def read_program(
     """Read a program.
 
     Args:
-        text: Its lines.
+        text: The lines of the program.
         path: The file, for messages.
         first: Number of the first line in the file.
         integers: Variables without a type character are integers.
@@ -103,7 +104,7 @@ def read_expression(text: str) -> Node:
     """Return the node of an expression such as `N% > 3 AND SI(20) = 1`.
 
     Raises:
-        InputError: it is not an expression.
+        InputError: the text is not an expression.
     """
     try:
         node = _statement(f"WAIT {_upper(text).strip()}")

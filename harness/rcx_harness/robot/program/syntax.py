@@ -26,8 +26,8 @@ __all__ = [
 
 #: Kinds of the instructions that start a movement.
 MOVES = ("move", "movei", "movet", "drive", "drivei", "pmove", "push", "path_start")
-#: Results of an instruction in place of the position of the next one: continue behind it, or
-#: continue in this instruction in the next cycle.
+#: Results of an instruction that does not jump. NEXT: continue with the following instruction.
+#: STAY: continue in this instruction in the next cycle.
 NEXT, STAY = -1, -2
 #: The options of movements that are names, as they are written before `=`.
 OPTIONS = (
@@ -50,7 +50,7 @@ OPTIONS = (
 #: from the end of a branch to the end of its block.
 SILENT = ("label", "declare", "leave")
 
-#: The functions that return a coordinate, with its place: LOCX is LOC1.
+#: The functions that return a coordinate, with the index of the coordinate: LOCX is LOC1.
 COORDINATES = {
     f"LOC{name}": place for names in ("XYZRAB", "123456") for place, name in enumerate(names)
 }
@@ -81,7 +81,7 @@ class Node:
 
     Attributes:
         kind: Name of the rule, such as `add` or `variable`.
-        args: Its parts: nodes, numbers and texts; None for an optional part that is missing.
+        args: The parts of the node: nodes, numbers and texts; None for a missing optional part.
     """
 
     kind: str
@@ -102,8 +102,8 @@ class Instruction:
     Attributes:
         kind: Name of the rule in grammar.lark, or name of a jump that blocks.py adds.
         args: The parts of the statement.
-        line: Number of its line in the file, from 1.
-        jump: Position of the code to which it may jump; -1 if it does not jump.
+        line: Number of the instruction's line in the file, from 1.
+        jump: Position in the code to which the instruction may jump; -1 if it does not jump.
         behind: Position behind the statement, if the statement has several instructions; else -1.
     """
 
@@ -133,12 +133,13 @@ class Program:
     """A robot program that can be executed; it never changes.
 
     Attributes:
-        code: Its instructions.
-        labels: Positions of its labels, by name with the asterisk.
-        subs: Its subroutines by name.
-        texts: Its lines as written; the first is line 1.
-        integers: Variables without %, ! or $ are integers; else they are real numbers.
-        shared: Its variables are those of all programs (the steps of a robot file).
+        code: The instructions of the program.
+        labels: Positions of the labels, by name with the asterisk.
+        subs: The subroutines by name.
+        texts: The lines of the program as written; the first is line 1.
+        integers: Whether variables without %, ! or $ are integers; otherwise they are real numbers.
+        shared: Whether the program shares its variables with all programs, as the steps of a robot
+            file do.
     """
 
     code: tuple[Instruction, ...]

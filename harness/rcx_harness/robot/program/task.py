@@ -27,14 +27,15 @@ class RobotTask:
     `state` is `ready` (reset, or not yet started), `running`, `stopped`, `suspended` or `ended`.
 
     Attributes:
-        number: Its number in the table of tasks; 0 while the program is not registered.
+        number: Number of the task in the table of tasks; 0 while the program is not registered.
         priority: 1 (first in each cycle) to 64.
-        temporary: START has registered it, so it leaves the table at its end or reset.
-        variables: Its variables by name; elements of arrays as `A%(3)`.
-        begun: Position of the instruction that has begun and not ended; -1: none.
-        full_cycles: Number of cycles in which it has used up its statements, such as by an endless
-            loop.
-        full_line: Its line at the end of the last of these cycles.
+        temporary: Whether START has registered the task. It then leaves the table at its end or
+            reset.
+        variables: The variables of the program by name; elements of arrays as `A%(3)`.
+        begun: Position of the instruction that has begun and has not ended yet; -1: none.
+        full_cycles: Number of cycles in which the task has used up its statements, for example in
+            an endless loop.
+        full_line: The line of the task at the end of the last cycle that `full_cycles` counts.
     """
 
     def __init__(self, program: RobotProgram, variables: dict[str, Value], plain: str) -> None:
@@ -50,14 +51,14 @@ class RobotTask:
         self.since_us = 0
 
     def rewind(self) -> None:
-        """Go back to the first instruction; the program's own variables have no value again."""
+        """Go back to the first instruction, and delete the program's own variables."""
         self.at = 0
         self.begun = -1
         self.elapsed_us = 0
         self.until_us: int | None = None
         """The end of the wait under way, counted as `elapsed_us`; None without an end."""
         self.waits = False
-        """Whether only an input from the master can end its wait."""
+        """Whether only an input from the master can end the wait of the task."""
         self.frames: list[Frame] = []
         self.handler = -1
         self.error: tuple[str, int] | None = None
@@ -117,7 +118,7 @@ class RobotTask:
         base = name.partition("(")[0].removeprefix("DIM@")
         while depth >= 0:
             frame = self.frames[depth]
-            if frame.variables is None:  # a GOSUB
+            if frame.variables is None:  # a GOSUB has no variables of its own
                 depth -= 1
             elif base in frame.references:
                 depth, other = frame.references[base]
@@ -168,7 +169,7 @@ class RobotTask:
         self.come_round()
 
     def come_round(self) -> None:
-        """If the task is behind its last line, go back to the first line or end."""
+        """If the task has passed its last line, go back to the first line or end the task."""
         if self.at < len(self.code.code):
             return
         self.rewind()

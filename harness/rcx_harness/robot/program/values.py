@@ -24,7 +24,7 @@ def convert(name: str, value: Value, config: RobotConfig, *, integers: bool) -> 
     """Return a value as the variable `name` holds it: A% integer, A! real, A$ text.
 
     Raises:
-        CommandError: the value has another type, or it is too large.
+        CommandError: the value has another type, or is too large.
     """
     if "@" in name:  # `name` is the limit of a FOR, which the reader has added
         return value
@@ -41,7 +41,7 @@ def integer(value: Value, config: RobotConfig) -> int:
     """Return a number as an integer of 32 bits, rounded as configured.
 
     Raises:
-        CommandError: it is not a number, or it is too large.
+        CommandError: the value is not a number, or is too large.
     """
     plain = _numeric(value, config)
     if isinstance(plain, float):
@@ -58,7 +58,7 @@ def number(value: Value, config: RobotConfig) -> float:
     """Return a number in single precision.
 
     Raises:
-        CommandError: it is not a number, or it is too large.
+        CommandError: the value is not a number, or is too large.
     """
     result = single(float(_numeric(value, config)))
     if not math.isfinite(result):
@@ -72,7 +72,7 @@ def calculate(operator: str, left: Value, right: Value, config: RobotConfig) -> 
     Two integers give an integer, except if a division has a remainder or a power is negative.
 
     Raises:
-        CommandError: a wrong type, a division by 0, or the result is too large.
+        CommandError: a value has a wrong type, the divisor is 0, or the result is too large.
     """
     if operator == "add" and isinstance(left, str) and isinstance(right, str):
         return left + right
@@ -146,8 +146,8 @@ def combine(operator: str, left: Value, right: Value, config: RobotConfig) -> Va
     """Return the sum or difference of two points or two shifts, axis by axis.
 
     Raises:
-        CommandError: the points have different units, the values different types, or a result is
-            too large.
+        CommandError: the points have different units, the values have different types, or a result
+            is too large.
     """
     sign = 1 if operator == "add" else -1
     if isinstance(left, Point) and isinstance(right, Point):

@@ -31,7 +31,7 @@ class Word:
     Attributes:
         name: The word.
         group: Its group, such as `flow`.
-        form: How it is written.
+        form: Its notation in a statement.
         source: `guide`, `public` or `assumed`.
         text: Its effect in this controller.
         instead: The replacement for a word that is not executed.
@@ -88,7 +88,7 @@ def _shown(text: str) -> str:
 
 
 def _near(text: str, column: int, missing: str) -> str:
-    """Return the place of an error in words."""
+    """Return the text near an error, for the message."""
     if missing:
         return f"{missing} is missing after '{_LAST.findall(text)[-1]}'"
     rest = text[column - 1 :] if column > 0 else ""

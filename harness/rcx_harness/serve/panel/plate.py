@@ -44,7 +44,10 @@ _CHOICES = (*_SWITCHES, *_ENUMS, *_RANGES)
 
 @dataclass
 class _Page:
-    """The keys that a page holds by its last message; the beat stays after their release."""
+    """The keys that a page holds according to its last message.
+
+    After their release `beat` remains stored.
+    """
 
     beat: int = -1
     heard: float = 0.0

@@ -16,7 +16,7 @@ from structured_text.errors import InputError
 __all__ = ["FILES", "PanelServer", "application"]
 
 _OWN, _SERVE = "rcx_harness.serve.panel", "rcx_harness.serve"
-#: Static files: path, package and file of its folder `page`, its type.
+#: Static files by their path: the package, the file in the package's folder `page`, and its type.
 FILES = {
     "/": (_OWN, "index.html", "text/html"),
     "/panel.css": (_OWN, "panel.css", "text/css"),

@@ -33,15 +33,18 @@ class Lane:
     """One line of the chart.
 
     Attributes:
-        name: The text beside it.
+        name: The text beside the lane.
         colour: Its kind: `input`, `output`, `command`, `status`, `task`, `variable`, `curve` or
             `rule`.
         short: Short name in the text of a change: `SI(01)` of `SI(01) Servo ON input`.
         idle: Number of the text that is drawn as a plain line.
-        show: Format of a number: `digits` in hexadecimal, `precision`, `fine` for this many parts.
-        is_curve: Whether it is drawn as a line from value to value.
-        rests: Whether it is constant between changes and moves to the next value within a cycle.
-        speed_of: The lane with the position if it shows a speed; it then has no changes.
+        show: Format of a number, by one of the keys `digits` (number of hexadecimal digits),
+            `precision` (significant digits) and `fine` (stored values are divided by this number).
+        is_curve: Whether the lane is drawn as a line from value to value.
+        rests: Whether a curve is constant between changes, and moves to the next value within a
+            cycle.
+        speed_of: If this lane shows a speed: the lane with the position. A speed has no changes of
+            its own.
     """
 
     name: str
@@ -90,7 +93,7 @@ class Lanes:
         return self.texts.setdefault(text, len(self.texts))
 
     def note(self, lane: Lane, t_us: int, value: float, *, told: bool = True) -> None:
-        """Record the value of a lane from `t_us` on; with `told` a change is an event."""
+        """Record the value of a lane from `t_us` on; with `told` a change is listed as an event."""
         if lane.packed.note(t_us, value) and told:
             self.order.append(self.number(lane))
 
@@ -104,9 +107,9 @@ class Wire:
     """The areas of one controller, as the PLC or the controller sees them.
 
     Args:
-        plain: Whether it is the main side, whose changes are events.
-        reads_outputs_first: Whether it is the PLC's side: a scan reads the controller's outputs and
-            then writes its inputs. A controller cycle has the opposite order.
+        plain: Whether this is the main side. Only changes of the main side are events.
+        reads_outputs_first: Whether this is the PLC's side. A scan reads the controller's outputs
+            and then writes the controller's inputs. A controller cycle has the opposite order.
     """
 
     def __init__(

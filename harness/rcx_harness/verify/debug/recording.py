@@ -153,7 +153,7 @@ def opened(file: Path) -> tuple[CellTape, str, str]:
 
 
 def _folder(head: Mapping[str, Any]) -> Path:
-    """Return the current folder if it has the sources, otherwise that of the recorded test."""
+    """Return the current folder if it has the sources, else the folder of the recorded test."""
     here = Path.cwd()
     return here if all((here / one).exists() for one in head["program"]) else Path(head["folder"])
 

@@ -63,7 +63,7 @@ class CellStates:
         return zlib.compress(stream.getvalue(), 1)
 
     def thaw(self, state: bytes) -> None:
-        """Return the cell to a state."""
+        """Bring the cell into a state that `freeze` returned."""
         stream = io.BytesIO(zlib.decompress(state))
         cell, judge = _Unpickler(stream, self._fixed).load()
         self._cell.restore(cell)

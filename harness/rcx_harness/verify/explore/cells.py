@@ -36,7 +36,7 @@ FAULTS = {
     "link": "the link is lost and comes back",
     "alarm": "the controller has an alarm",
 }
-#: The events of these faults, each with its description.
+#: The events that `FAULTS` inject, each with its description.
 _EVENTS = {
     "link_down": "link lost",
     "link_up": "link up",
@@ -178,7 +178,7 @@ class _CellWorld(World[CellChoice]):
         return self._known[1]
 
     def choices(self, state: bytes) -> Sequence[CellChoice]:
-        """Return each possible fault and each change of an input, and that nothing happens."""
+        """Return all choices: nothing happens, each possible fault, and each change of an input."""
         self._states.thaw(state)
         now = {path: self.cell.program.read(path) for path in self.inputs}
         return [

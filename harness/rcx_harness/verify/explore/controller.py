@@ -131,7 +131,7 @@ class Small(NamedTuple):
         status = {"run": RUN, "end": NORMAL_END, "abnormal": ABNORMAL_END, "ready": READY}
         if move in status:
             return self._replace(status=status[move])
-        if move == "link":  # it stops as at an emergency stop, manual chapter 1, 5.2
+        if move == "link":  # the controller stops as at an emergency stop (manual chapter 1, 5.2)
             return Small(link=False, bits=0xFFFF)  # the first image after a loss has no edges
         if move == "link up":
             return self._replace(link=True)

@@ -28,7 +28,7 @@ from rcx_harness.robot.tasks import Programs
 
 __all__ = ["relative"]
 
-#: Attributes that have no later effect.
+#: Attributes that have no effect on later scans.
 _DROPPED: dict[type, frozenset[str]] = {
     AlarmList: frozenset({"history"}),
     DedicatedInputs: frozenset({"_last_change"}),
@@ -36,7 +36,7 @@ _DROPPED: dict[type, frozenset[str]] = {
     Ports: frozenset({"accesses", "statement"}),
     Programs: frozenset({"errors", "observers", "_machine"}),
 }
-#: Names of attributes with an absolute time that have no later effect.
+#: Names of attributes with an absolute time that has no effect on later scans.
 _NO_EFFECT = frozenset({"now_us", "t_us", "executed"})
 #: Names of attributes with a due time; all times in the past have the same effect.
 _DUE = frozenset({"_due_us", "wake_us"})

@@ -43,7 +43,7 @@ from structured_text.prove.assertions import VARIABLE, Copies
 
 __all__ = ["Choice", "Explored", "Settings", "explore", "refuse"]
 
-#: Bytes of the digest that identifies a state.
+#: Number of bytes of the digest that identifies a state.
 _DIGEST = 16
 #: Bytes of the length field at the end of a state, after the controller and the monitors.
 _LENGTH = 4
@@ -107,7 +107,7 @@ class Explored:
     """The result of an exploration.
 
     Attributes:
-        result: The figures, and the first broken rule. Its path contains `Choice` items.
+        result: The figures, and the first broken rule with its path, which contains `Choice` items.
         inputs: The possible values of each input.
         left: Inputs without given values, which stay at their initial value.
         areas: The area that the PLC reads in each scan of the path, and the state of the link.
@@ -213,7 +213,7 @@ class _Program(World[Choice]):
         return zlib.decompress(packed)
 
     def choices(self, state: bytes) -> Sequence[Choice]:
-        """Return each possible move of the controller, with each change of an input and without."""
+        """Return each possible move of the controller, without and with each change of an input."""
         small, wire, *_ = _memory(state)
         self._state.thaw(state)
         now = {path: self.program.read(path) for path in self.inputs}

@@ -7,8 +7,9 @@
     acknowledge = "SO(20)"
 
 The same table serves both directions: the PLC gives data to the robot (SI, SIW), or the robot to
-the PLC (SO, SOW). Statements of the robot program are judged, too. It may read the PLC's data only
-while the strobe is ON. It may change its own data only while its strobe is OFF or acknowledged.
+the PLC (SO, SOW). Statements of the robot program are judged as well. The robot program may read
+the PLC's data only while the strobe is ON. It may change its own data only while its strobe is OFF
+or acknowledged.
 """
 
 from __future__ import annotations

@@ -113,7 +113,7 @@ class CellSurroundings(Surroundings):
         parts = content[slot.start : slot.start + slot.width]
         value = parts[0] if len(parts) == 1 else z3.Concat(*reversed(parts))
         path, kind = path_of(self.project, slot.path)
-        if path not in machine:  # an element of a long array
+        if path not in machine:  # elements of a long array are not in `machine`
             machine[path[:-1]] = z3.Store(machine[path[:-1]], path[-1], value)
         elif slot.kind == "REAL":
             machine[path] = reals.Real(value)

@@ -58,8 +58,8 @@ class Explained(NamedTuple):
     Attributes:
         causes: The events and inputs that the failure needs in the shortest run. If there is no
             shortest run, the failure did not occur again.
-        rest: Seeds that fail without these causes as well.
-        seeds: All other seeds.
+        rest: Seeds that also fail without these causes, so they need another explanation.
+        seeds: Seeds that belong to this class.
     """
 
     replay: Replay | None

@@ -149,7 +149,10 @@ class Cells:
         weakref.finalize(self, gc.unfreeze)
 
     def cell(self, seed: int, **changes: Any) -> Cell:
-        """Return a new cell; it reuses the memory of the cell before, which is no longer usable."""
+        """Return a new cell.
+
+        It uses the memory of the previous cell, which cannot be used any more.
+        """
         gc.collect()
         return Cell.build(self._compiled, **{**self._options, **changes}, seed=seed)
 

@@ -54,7 +54,7 @@ class Demands:
         properties: Conditions that always hold, or that must hold within a time.
         recovery: The demanded recovery; None: no recovery is demanded.
         start: A good run that starts the cell. Empty: the recovery starts the cell.
-        start_file: The file of that run.
+        start_file: The file of the good run.
         places: File and line of each input of the operator, if known.
     """
 

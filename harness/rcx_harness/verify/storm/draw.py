@@ -33,7 +33,7 @@ _AT_ONCE = ("power_cycle", "alarm", "plc_overrun")
 #: late scan would count as a STOP of the PLC.
 _LATEST_SCAN_US = 90_000
 _LONGEST_US = 4_000_000
-#: Lengths of storms as parts of the demanded length.
+#: Lengths of storms, as shares of the demanded length.
 _LENGTHS = (0.1, 0.2, 0.2, 0.3, 0.3, 0.5, 1.0, 3.0)
 _CALM_LENGTHS = (1.0, 1.0, 1.0, 3.0)
 

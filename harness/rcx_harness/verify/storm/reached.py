@@ -11,7 +11,7 @@ from rcx_harness.verify.storm.sweep import ranges
 
 __all__ = ["Line", "Reached", "unreached_lines"]
 
-#: Number of the controller, name of the program, and line.
+#: A line of a robot program: number of the controller, name of the program, and line.
 Line = tuple[int, str, int]
 
 

@@ -36,7 +36,7 @@ class Inject:
     held_us: int | None = None
 
     def at(self, t_us: int) -> Entry:
-        """Return the action that injects this at a time."""
+        """Return the action that makes this injection at a time [us]."""
         events: tuple[tuple[str, Mapping[str, Any]], ...] = ()
         if self.event:
             events = ((self.event, {}),)

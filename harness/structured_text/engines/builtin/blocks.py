@@ -1,7 +1,7 @@
 """The standard function blocks, as the generated code calls them.
 
-Each class represents an instance of a block. Its pins are slots in upper case, its memory is in
-slots in lower case, and all of them are scalars. The timers read the PLC time [ns] from
+Each class represents an instance of a block. Slots in upper case hold the pins, and slots in lower
+case the block's memory. All of them are scalars. The timers read the PLC time [ns] from
 `clock.now`.
 """
 
@@ -21,7 +21,7 @@ _Counter = Callable[[Any, int | None, int], None]
 
 
 def _class(name: str, memory: tuple[str, ...]) -> type[Any]:
-    """Return a class with the pins of a standard block, initially FALSE or 0, and its memory."""
+    """Return a class with the pins of a standard block and its memory, all initially FALSE or 0."""
     pins = {
         pin.name: False if getattr(pin.type, "name", "") == "BOOL" else 0
         for pin in BLOCKS[name].variables
@@ -116,7 +116,8 @@ def _tp(s: Any) -> None:
     s.before = s.IN
 
 
-# Each counter takes the limits up to which it counts: numbers, or None for PV.
+# The counters differ between dialects in the values of CV at which they stop counting. None stands
+# for the value of PV.
 
 
 def _ctu(s: Any, most: int | None, least: int) -> None:
@@ -170,7 +171,7 @@ _COUNTERS: dict[str, tuple[_Counter, tuple[str, ...]]] = {
     "CTD": (_ctd, ("down",)),
     "CTUD": (_ctud, ("up", "down")),
 }
-# The counters exist for each integer type, the timers for both types of durations.
+# A counter exists for each integer type, and a timer for TIME and for LTIME.
 _NAMES = {name: name.removeprefix("L").partition("_")[0] for name in BLOCKS}
 _NAMES.update({name: name for name in ("R_TRIG", "F_TRIG")})
 
@@ -187,7 +188,7 @@ def _counting(body: _Counter, most: int | None, least: int) -> Callable[[Any], N
 
 
 def counter_limits(name: str, rules: Dialect) -> tuple[int | None, int]:
-    """Return the greatest and least CV up to which a counter counts; None stands for its PV."""
+    """Return the greatest and the least CV at which a counter stops; None stands for PV."""
     if rules.counters == "preset":
         return None, 0
     (kind,) = (pin.type for pin in BLOCKS[name].variables if pin.name == "CV")

@@ -99,7 +99,10 @@ class Number(_Scalar):
 
 @dataclass(frozen=True)
 class Bit(_Scalar):
-    """The layout of a BIT: bit `number` of a byte, whose other bits belong to other fields."""
+    """The layout of a BIT: bit `number` of a byte.
+
+    The other bits of the byte belong to other fields.
+    """
 
     number: int
     size: int = 1
@@ -120,7 +123,10 @@ class Bit(_Scalar):
 
 @dataclass(frozen=True)
 class Moment(_Scalar):
-    """The layout of a duration or date: a Python int [ns], in memory a count of `unit` [ns]."""
+    """The layout of a duration or date.
+
+    The Python value is an int in ns. In memory the number counts units of `unit` ns.
+    """
 
     unit: int
     size: int
@@ -195,7 +201,7 @@ class Pointer(_Scalar):
 
 @dataclass(frozen=True)
 class Opaque:
-    """The layout of a block, an interface or a structure with them, whose bytes are not known.
+    """The layout of a block, an interface, or a structure that contains one; its bytes are unknown.
 
     A pointer to it can become a pointer to another type and back. `slots` are the variables that a
     block or structure must have to be the target of such a pointer.
@@ -218,16 +224,19 @@ class Opaque:
         raise MemoryAccessError(f"{self.name} cannot be accessed as bytes")
 
     def look(self, memory: ByteRange, at: int) -> Any:
-        """Raise MemoryAccessError: these bytes are not such a variable."""
+        """Raise MemoryAccessError: memory of another type cannot be read as this type."""
         raise MemoryAccessError(f"bytes cannot be accessed as {self.name}")
 
     def store(self, memory: ByteRange, at: int, value: Any) -> None:
-        """Raise MemoryAccessError: these bytes are not such a variable."""
+        """Raise MemoryAccessError: memory of another type cannot be written as this type."""
         raise MemoryAccessError(f"bytes cannot be accessed as {self.name}")
 
 
 class _Composite:
-    """The common base of structure, union and array layouts, which are viewed in place."""
+    """The common base of the layouts of structures, unions and arrays.
+
+    Such a value is not unpacked: a view reads and writes its parts in memory.
+    """
 
     size: int
 
@@ -277,7 +286,7 @@ class Row(_Composite):
 
 @dataclass(frozen=True)
 class Record(_Composite):
-    """The layout of a structure: slot, position and layout of each field.
+    """The layout of a structure: for each field the slot, the position and the layout.
 
     In a union, all positions are 0.
     """
@@ -431,7 +440,7 @@ NAMES["Union"] = Union
 
 
 class View:
-    """A pointer to memory of another type; its position is checked on access, not before."""
+    """A pointer to memory that is read as another type; each access checks the position."""
 
     __slots__ = ("at_", "layout", "memory")
 
@@ -440,7 +449,7 @@ class View:
 
     @property
     def V(self) -> Any:  # noqa: N802 (as other pointers have it)
-        """Return the value that it points to."""
+        """Return the value at the pointer's position."""
         return self.layout.look(self.memory, self.at_)
 
     @V.setter

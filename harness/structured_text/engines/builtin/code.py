@@ -12,7 +12,7 @@ class Code:
     """The generated Python code of a project.
 
     Attributes:
-        file: Name under which it is compiled.
+        file: File name under which the code is compiled.
         first: Number of lines before the lines of the POUs.
         origins: File and line of the source for each line of the POUs.
         body: The compiled code, as `marshal` writes it.

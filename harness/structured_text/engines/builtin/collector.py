@@ -93,7 +93,7 @@ class Counted(NamedTuple):
 
     Attributes:
         hash: A hash of the file's content.
-        plan: The numbers of its counters and decisions.
+        plan: The numbers of the POU's counters and decisions.
         sources: The sources of the program that were taken from this file.
     """
 
@@ -108,7 +108,8 @@ class Counted(NamedTuple):
 class TextBranch(NamedTuple):
     """A branch in a program in another language.
 
-    `line` is where it begins, `at` the line of its statement, `fork` the number of that statement.
+    `line` is the first line of the branch, `at` the line of the statement that has the branch, and
+    `fork` the number of this statement.
     """
 
     line: int
@@ -120,7 +121,7 @@ class TextBranch(NamedTuple):
 
 @dataclass(frozen=True)
 class CountedText:
-    """A program in another language, such as that of a device, whose interpreter counts itself.
+    """A program that is not Structured Text, such as that of a device; its interpreter counts.
 
     Attributes:
         file: Absolute path of the file.
@@ -147,7 +148,7 @@ class CountedText:
 class Collector:
     """The counts of all sources below a folder.
 
-    Without `folder` all sources are counted; libraries only count with `library`.
+    Without `folder` all sources are counted. Libraries are counted only if `library` is true.
 
     Attributes:
         elsewhere: Engines without counters that have run programs in the meantime.
@@ -171,7 +172,7 @@ class Collector:
         file = _resolved(os.path.abspath(pou.file))
         if not self._counts(file):
             return None
-        # Constants of other files may lead to another plan for the same text.
+        # The plan also depends on constants of other files, so one text can have several plans.
         shape = plan.size, *(len(one.conditions) for one in plan.decisions)
         text = _hash(file, file.stat().st_mtime_ns)
         key = str(file), text, pou.name.upper(), shape
@@ -188,8 +189,8 @@ class Collector:
         Args:
             path: Its file.
             name: Its name.
-            made: Returns the other fields of CountedText, except for the hash. It is called once
-                for each content of the file.
+            made: A function that returns the other fields of CountedText, except for the hash. It
+                is called once for each content of the file.
         """
         file = _resolved(os.path.abspath(path))
         if not self._counts(file):

@@ -123,7 +123,8 @@ class Plan:
     def body(self, node: t.Statement, body: tuple[t.Statement, ...], place: int = 0) -> int:
         """Return the counter of a body.
 
-        `place` is the index of a body without statements among such bodies of the node.
+        `place` is used for a body without statements: its number among the empty bodies of the
+        node.
         """
         return self.run[id(body[0])] if body else self.blank[id(node)][place]
 
@@ -159,7 +160,8 @@ class Plan:
             self._decision(node.condition, line)
             self._body(node, node.body)
         elif isinstance(node, t.Try):
-            self.guarded += 1  # each statement has its own counter, because any may be the last
+            # an error may occur between any two statements, so each one has its own counter
+            self.guarded += 1
             self._statements(node.body)
             self.guarded -= 1
             if node.code is not None:
@@ -203,7 +205,7 @@ class Plan:
 
 
 def _is_operator(node: t.Expression) -> bool:
-    """Return whether a node is a BOOL expression with an operator at its root."""
+    """Return whether a node is an operation with a BOOL result, and so the root of a decision."""
     if isinstance(node, t.Binary):
         return node.op in _COMPARISONS or _is_logic(node)
     return isinstance(node, t.Same) or _is_logic(node)
@@ -270,7 +272,7 @@ _SAFE = frozenset(
     )
 )
 
-#: From this number of conditions on, a vector is a sum instead of a chain of operators.
+#: From this number of conditions on, the code of a vector is a sum instead of a chain of `|`.
 _FEW = 50
 
 

@@ -1,9 +1,9 @@
 """Python code for checked expressions.
 
-Integer arithmetic is not wrapped after each sum, difference or product. It is wrapped once, at the
-place where the exact value matters. The range of each result is known, so a result that cannot
-overflow is not wrapped. Untyped real literals keep double precision in REAL arithmetic, as in
-matiec's C, until the result is stored or passed.
+Integer arithmetic is not wrapped after each sum, difference or product. It is wrapped once, where
+the exact value is needed. The range of each result is known, so a result that cannot overflow is
+not wrapped. Untyped real literals keep double precision in REAL arithmetic, as in matiec's C, until
+the result is stored or passed.
 """
 
 from __future__ import annotations
@@ -107,7 +107,10 @@ class ExpressionCode:
         return self.pointing.variable(node)
 
     def _member(self, node: t.Member) -> str:
-        """Return the code of a member; a located variable of a program is found in the globals."""
+        """Return the code of a member.
+
+        A located variable of a program is stored with the globals.
+        """
         of, key = node.base.type, node.name.upper()
         if isinstance(of, BlockType) and of.name.upper() in self._project.pous:
             symbol = self._project.pous[of.name.upper()].symbols.get(key)
@@ -116,14 +119,17 @@ class ExpressionCode:
         return f"{self.variable(node.base)}.{slot_name(node.name)}"
 
     def is_shared(self, name: str) -> bool:
-        """Return whether a function uses globals, the time, or another function that does."""
+        """Return whether a function uses globals or the time, also through other functions."""
         if name not in self._shared:
             pou = self._project.pous[name]
             self._shared[name] = self.uses_globals(pou, pou.symbols.values())
         return self._shared[name]
 
     def uses_globals(self, pou: t.Pou, made: Iterable[t.Symbol]) -> bool:
-        """Return whether the code of a POU uses `g`; `made` are the variables that it creates."""
+        """Return whether the code of a POU uses the globals `g`.
+
+        `made` are the variables that the POU creates.
+        """
         blocks = any(has_block(symbol.type) for symbol in made)
         return needs_globals(pou) or blocks or any(map(self.is_shared, pou.calls))
 
@@ -203,14 +209,14 @@ class ExpressionCode:
         return settle(self.value(node), node.type)
 
     def value(self, node: t.Expression) -> Value:
-        """Return the code of an expression; the value may still need wrapping or rounding."""
+        """Return the code of an expression; its value may still need wrapping or rounding."""
         return self._short(self._value(node), node.type)
 
     def _short(self, value: Value, kind: Type) -> Value:
         """Return the value, or a call of a local function if its code has too many brackets.
 
-        The local function is nested in that of the POU. It sees the same variables and is evaluated
-        at the same time as the whole expression.
+        The local function is nested in the function of the POU. It sees the same variables and is
+        evaluated at the same time as the whole expression.
         """
         if len(value.code) < _BRACKETS or _brackets(value.code) < _BRACKETS:
             return value
@@ -240,7 +246,7 @@ class ExpressionCode:
     def _read(self, code: str, kind: Type) -> str:
         """Return the Python code that reads a variable.
 
-        A text ends at its first 0 in projects whose pointers can write into texts.
+        If pointers of the project can write into texts, a text ends at its first character 0.
         """
         return f"ended({code})" if self._views and type_name(kind) in ANY_STRING else code
 
@@ -259,7 +265,7 @@ class ExpressionCode:
         if name in ANY_REAL:
             return Value(_real(float(node.value)), wide=name == "REAL")
         code = repr(node.value)
-        if isinstance(node.value, int):  # also a BOOL; its limits are not used
+        if isinstance(node.value, int):  # also a BOOL, for which the limits have no meaning
             return Value(f"({code})" if node.value < 0 else code, (node.value, node.value))
         return Value(code)
 
@@ -302,7 +308,7 @@ class ExpressionCode:
         return of_type(f"({result} := {held}, {stored}, {result})[-1]", node.type)
 
     def _backs(self, pou: t.Pou) -> list[tuple[str, Type]]:
-        """Return name and type of the values that a function returns after its result, in order."""
+        """Return name and type of the further values that a function returns behind its result."""
         backs = [one for one in pou.section("VAR_IN_OUT") if is_scalar(one.type)]
         return [(one.name, one.type) for one in (*backs, *pou.section("VAR_OUTPUT"))]
 

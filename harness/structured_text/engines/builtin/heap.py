@@ -18,7 +18,7 @@ __all__ = ["NAMES", "Heap", "heap_lines", "kinds_of"]
 class Heap(dict[int, tuple[Any, int]]):
     """The variables by their Python identity, each with the number of its type (`kinds_of`).
 
-    Several variables in a row are a list, and so is a single scalar or array.
+    Variables in a row are the elements of a list. A single scalar or array is also held in a list.
 
     Attributes:
         version: Number of changes. After a change, the paths to the variables are searched again.
@@ -39,7 +39,7 @@ class Heap(dict[int, tuple[Any, int]]):
         self.version += 1
 
     def saved(self, names: Mapping[str, Any]) -> tuple[Any, ...]:
-        """Return number, length and values of each variable; the length of a single one is -1."""
+        """Return number of type, length and values of each variable; -1 as length: no list."""
         return tuple(
             (number, len(held), [names[f"heap_save{number}"](one) for one in held])
             if isinstance(held, list)
@@ -48,7 +48,7 @@ class Heap(dict[int, tuple[Any, int]]):
         )
 
     def make(self, saved: tuple[Any, ...], names: Mapping[str, Any], shared: Any) -> None:
-        """Make the variables of a snapshot anew, with their initial values."""
+        """Replace all variables by those of a snapshot, but with their initial values."""
         self.clear()
         for number, length, _ in saved:
             made = names[f"heap_make{number}"]

@@ -46,12 +46,13 @@ class Module:
         executed = bodies(rules_of(project.dialect))
         self.names.update({f"body_{name}": found for name, found in executed.items()})
         self._noted: set[str] = set()
-        # The length is bounded, because calls of instances that no user observes are recorded, too.
+        # All instances of the noted blocks record their calls, even if no user takes the records.
+        # The length is therefore bounded.
         self._calls: deque[tuple[int, int]] = deque(maxlen=100_000)
 
         def made() -> Code:
             from structured_text.engines.builtin.compile import (
-                compiled,  # only if the cache has no code
+                compiled,  # used only if the cache has no code
             )
 
             return compiled(project, collector, self.names)
@@ -60,10 +61,11 @@ class Module:
         exec(marshal.loads(self._code.body), self.names)
 
     def note_calls(self, blocks: Mapping[str, int | None]) -> deque[tuple[int, int]]:
-        """Replace the functions of these blocks by ones that record each call.
+        """Replace the functions of these blocks by functions that record each call.
 
         Returns:
-            The calls, each with the identity of the instance, and of the variable or 0.
+            The calls. Each has the identity of the instance, and the identity of its VAR_IN_OUT or
+            0.
         """
         for name, place in blocks.items():
             if name not in self._noted and f"f_{name}" in self.names:
@@ -100,7 +102,10 @@ class Module:
 
     @contextmanager
     def skipping(self, block: str, place: int, called: Callable[[int], None]) -> Iterator[None]:
-        """Skip the calls of an instance of a block, given by its identity; only report them."""
+        """Report the calls of one instance of a block instead of executing them.
+
+        `place` is the identity of the instance; `called` receives it.
+        """
         keys = [f"{kind}_{block.upper()}" for kind in ("f", "body")]
         before = {key: self.names[key] for key in keys if key in self.names}
 

@@ -1,4 +1,4 @@
-"""Code for the methods of blocks: their lookup, and the actions at the start of a program."""
+"""Code for the methods of blocks: their lookup, and the start of a program."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ __all__ = ["attribute", "handed_back", "holds_pointers", "is_dynamic", "linking"
 
 
 def attribute(name: str) -> str:
-    """Return the attribute of a block's class for a method; a property's is named `P.GET`."""
+    """Return the attribute for a method in the class of its block.
+
+    A property `P` has the methods `P.GET` and `P.SET`.
+    """
     return f"m_{slot_name(name)}"
 
 
@@ -47,9 +50,11 @@ def _in_outs(block: BlockType) -> list[str]:
 
 
 def linking(project: Project) -> list[str]:
-    """Return the lines after the functions: they make methods class attributes and define `start`.
+    """Return the lines behind the functions.
 
-    A program without methods and without start actions gives no lines.
+    They make the methods attributes of the classes, and define `start`.
+
+    The list is empty for a program without methods and without start actions.
     """
     objects, lines = project.objects, []
     for key in objects.blocks:
@@ -68,11 +73,10 @@ def linking(project: Project) -> list[str]:
 class _Starts:
     """The writer of `start`, and of `start_X(s)` for each block that has start actions.
 
-    `start` begins with the blocks among the globals, then come the initial values of the lists of
-    globals, then the program instances. For
-    each block, the instances inside it start first. Then its own start methods run, those of a base
-    block before those of a derived block. Last are its `INIT` methods, unless `INIT` needs
-    arguments from a declaration.
+    `start` begins with the blocks among the globals. The initial values of the lists of globals and
+    the program instances follow. For each block, the instances inside the block start first. The
+    start methods of the block run next, those of a base block before those of a derived block. The
+    `INIT` methods run last, unless `INIT` needs arguments from a declaration.
     """
 
     def __init__(self, project: Project) -> None:
@@ -101,9 +105,9 @@ class _Starts:
         return result
 
     def heap_lines(self) -> Iterator[str]:
-        """Yield the code that starts and ends blocks made by `__NEW` while the program runs.
+        """Yield the code that starts and ends blocks which `__NEW` has made.
 
-        The exit method of a derived block runs before that of its base.
+        The exit method of a derived block runs before the exit method of its base.
         """
         for key in self._objects.blocks:
             if self._is_needed(key):
@@ -119,7 +123,7 @@ class _Starts:
         return EXIT.upper() in self._objects.own.get(key, {})
 
     def _is_shared(self, block: BlockType) -> bool:
-        """Return whether other POUs call a program by its name; it is then one of the globals."""
+        """Return whether other POUs call a program by its name; the program is then a global."""
         symbol = self._project.global_symbols.get(block.name.upper())
         return symbol is not None and symbol.type is block
 

@@ -2,8 +2,8 @@
 
 A pointer is an object with the value `V` (see `references`): `Slot` for a scalar attribute, `Item`
 for an element of a list, `Whole` for a structure, block or array. A Python function cannot assign
-to a variable of its caller. Outputs and scalar VAR_IN_OUT therefore return in a tuple, and the code
-of the call stores them in their targets.
+to a variable of its caller. Therefore a function returns its outputs and scalar VAR_IN_OUT in a
+tuple, and the code of the call stores them in their targets.
 """
 
 from __future__ import annotations
@@ -63,10 +63,10 @@ class _Code(Protocol):
 
 
 class Pointing:
-    """The writer of these expressions in one POU.
+    """The writer of method calls, pointers and references in one POU.
 
-    `views` says whether pointers of the project access memory as another type, `made` are the types
-    that `__NEW` makes variables of.
+    `views` is true if pointers of the project access memory as another type. `made` lists the types
+    of the variables that `__NEW` makes.
 
     Attributes:
         storage: Writer of copies of structures and arrays; set by the writer of statements.
@@ -102,7 +102,7 @@ class Pointing:
         return base if node.offset is None else f"{base}.at({self._code.exact(node.offset)})"
 
     def value(self, node: t.Expression) -> str:
-        """Return the Python code of one of these expressions."""
+        """Return the Python code of a method call, pointer or reference."""
         if isinstance(node, (t.This, t.CallMethod, t.Deref)):
             return self.variable(node)
         if isinstance(node, t.Address):
@@ -148,7 +148,7 @@ class Pointing:
         """Return code of `__ISVALIDREF`.
 
         Methods may use a VAR_IN_OUT of their block before the block is called with a variable for
-        it. In all other places the call has passed a variable.
+        it. Everywhere else the call has passed a variable.
         """
         if isinstance(node.type, ReferenceType):
             return f"({self._code.exact(node)} is not null)"
@@ -238,7 +238,7 @@ class Pointing:
         return f"m{self._names}"
 
     def _place(self, node: t.Variable, before: list[str]) -> tuple[str, str]:
-        """Return the Python code of the holder of a variable and of its name or position.
+        """Return the code of a variable's holder, and of the variable's name or position in it.
 
         Each part is evaluated once; code for that is appended to `before`. The holder is empty for
         a Python local.

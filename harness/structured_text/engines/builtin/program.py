@@ -35,7 +35,7 @@ from structured_text.language.values import describe, from_python, nest, scalar_
 __all__ = ["BuiltinProgram"]
 
 _NO_STORAGE = ("VAR_IN_OUT", "VAR_EXTERNAL")
-#: Types with equal values in memory and in the result of `read`.
+#: Types with the same value in memory and in the result of `read`.
 _AS_HELD = frozenset(
     {
         *("BOOL", "BYTE", "WORD", "DWORD", "LWORD", "SINT", "INT", "DINT", "LINT"),
@@ -63,7 +63,8 @@ class _Snapshot(NamedTuple):
 class _CallLog:
     """The built-in engine's `engines.base.CallLog`.
 
-    The key of an instance is its Python identity, because instances live as long as the program.
+    The key of an instance is its Python identity, which is unique because instances live as long as
+    the program.
     """
 
     def __init__(self, program: BuiltinProgram, calls: deque[tuple[int, int]]) -> None:
@@ -116,7 +117,10 @@ class BuiltinProgram(OfProject):
         self._byte_lists: dict[str, tuple[Any, int]] = {}
 
     def _made(self, block: BlockType) -> Any:
-        """Return a new instance of a program, or the instance that other POUs call by name."""
+        """Return the object of a program instance.
+
+        It is new, or the single object of a program that other POUs call by its name.
+        """
         key = block.name.upper()
         shared = self.project.global_symbols.get(key)
         if shared is not None and shared.type is block:
@@ -124,7 +128,7 @@ class BuiltinProgram(OfProject):
         return self.module.names[f"b_{key}"](self._globals)
 
     def pace(self, scan_us: int) -> None:
-        """Run tasks at their intervals although a program without a task runs in each scan."""
+        """Set the time from one scan to the next; see `engines.base.Program.pace`."""
         if not self.project.free:
             return
         intervals = {
@@ -241,8 +245,8 @@ class BuiltinProgram(OfProject):
     def _converter(self, kind: Type) -> Callable[[Any], Value] | None:
         """Return the function that converts a stored value for `read`; None if both are equal.
 
-        It is made once for each type, because monitors and tests read the same structures in each
-        scan.
+        The function is made once for each type, because monitors and tests read the same structures
+        in each scan.
         """
         if id(kind) not in self._converters:
             self._converters[id(kind)] = self._made_converter(kind)
@@ -412,20 +416,20 @@ class BuiltinProgram(OfProject):
             return function(*arguments)
         except FAULTS as error:
             raise self._fault(error) from None
-        except InputError as error:  # of an answer, see `answering`
+        except InputError as error:  # raised by an answer, see `answering`
             if error.file is not None:
                 raise
             file, line = self.module.origin(error.__traceback__) or (None, None)
             raise InputError(error.message, file=file, line=line, hint=error.hint) from None
 
     def advance(self, time_ns: int) -> None:
-        """Let time pass within a scan [ns]; the next scan sets the time anew."""
+        """Advance the time within a scan [ns]; the next scan sets the time anew."""
         self._globals.now += time_ns
 
     def running(self) -> Iterator[tuple[str, int]]:
         """Yield file and line of the running statements, the innermost first.
 
-        For use inside a function of `answering`.
+        Only a function that `answering` has installed can use this method.
         """
         return self.module.running(inspect.currentframe())
 
@@ -456,7 +460,7 @@ class BuiltinProgram(OfProject):
             load(part, saved)
 
     def close(self) -> None:
-        """Do nothing: Python objects need no release."""
+        """Do nothing, because Python frees the objects."""
 
 
 def _plain_reader(places: Sequence[_Place]) -> Callable[[], tuple[Value, ...]]:
@@ -472,7 +476,7 @@ def _plain_reader(places: Sequence[_Place]) -> Callable[[], tuple[Value, ...]]:
 
 
 def _is_plain(place: _Place) -> bool:
-    """Return whether a variable is an attribute that holds the value that `read` returns."""
+    """Return whether a variable is an attribute with the same value as the result of `read`."""
     kind = place.type
     held = isinstance(place.key, str) and not isinstance(place.holder, dict)
     return held and isinstance(kind, ElementaryType) and kind.name in _AS_HELD

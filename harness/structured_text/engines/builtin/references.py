@@ -33,7 +33,7 @@ __all__ = ["NAMES", "Holders", "Item", "Slot"]
 
 
 class _Movable:
-    """The base of pointers that move by whole elements."""
+    """The base of pointers that move by whole elements only."""
 
     __slots__ = ()
 
@@ -152,7 +152,7 @@ _NULL, _NO_BLOCK = _Null(), _NoBlock()
 
 
 def _same(one: Any, other: Any) -> bool:
-    """Return whether two pointers have the same target."""
+    """Return whether two pointers or interface values have the same target."""
     if one is other:
         return True
     if one is _NULL or other is _NULL:
@@ -162,7 +162,7 @@ def _same(one: Any, other: Any) -> bool:
 
 
 def _asked(block: Any, names: Collection[str]) -> Any:
-    """Return a block if its class has one of these names, else the value for no block."""
+    """Return a block if its class has one of these names, else the value of no block."""
     return block if type(block).__name__ in names else _NO_BLOCK
 
 
@@ -193,7 +193,8 @@ def _delete(shared: Any, pointer: Any) -> None:
     if pointer is _NULL:
         return
     if isinstance(pointer, View) and isinstance(pointer.memory, Held):
-        pointer = pointer.memory.pointer  # the pointer was recast: use its original type
+        # the pointer was recast: the exit methods belong to its original type
+        pointer = pointer.memory.pointer
     held = getattr(pointer, "V" if isinstance(pointer, Whole) else "holder", None)
     if id(held) not in shared.heap:
         raise MemoryAccessError("__DELETE needs a pointer to a variable that __NEW has made")
@@ -241,11 +242,12 @@ def _recast(pointer: Any, own: Layout, other: Layout) -> Any:
     memory = view.memory
     if isinstance(memory, Held):
         whole, rest = memory.layout, view.at_ % other.size
-        if isinstance(other, Opaque) and isinstance(whole, Opaque) and not view.at_:
-            if other.fits(memory.pointer.V):
-                return memory.pointer
+        known = isinstance(whole, Opaque) and not view.at_
+        if isinstance(other, Opaque) and known and other.fits(memory.pointer.V):
+            return memory.pointer
         if isinstance(whole, Row) and whole.element == other and not rest:
-            return Item(memory.pointer.V, view.at_ // other.size)  # the original type again
+            # back to the original type
+            return Item(memory.pointer.V, view.at_ // other.size)
         if whole == other and not view.at_:
             return memory.pointer
     return View(memory, view.at_, other)
@@ -287,7 +289,7 @@ def _memset(to: Any, byte: int, count: int) -> int:
 
 
 def _memcmp(one: Any, other: Any, count: int) -> int:
-    """Compare bytes: -1, 0 or 1; 16#FF if an address or the number is 0."""
+    """Compare bytes and return -1, 0 or 1; return 16#FF if an address or the number is 0."""
     first, second = _bytes_at(one), _bytes_at(other)
     if first is None or second is None or count <= 0:
         return 0xFF
@@ -326,7 +328,7 @@ def _unlike(one: Any, other: Any, layout: Layout) -> bool:
 
 
 def _base(memory: Any) -> tuple[int, Any]:
-    """Return a key that is equal for views of the same memory."""
+    """Return a key of a variable's memory; it is equal for all views of the same variable."""
     if not isinstance(memory, Held):
         return id(memory), None
     pointer = memory.pointer
@@ -409,7 +411,10 @@ class Holders:
         return self._found.get(id(held))
 
     def _walk_made(self, held: Any, kind: Type, place: int) -> None:
-        """Find the objects of a variable made by `__NEW`; `place` is its place in the heap."""
+        """Find the objects of a variable made by `__NEW`.
+
+        `place` is the index of the variable in the heap.
+        """
         path = f"{_MADE}[{place + 1}]"
         if not isinstance(held, list):
             self._walk(held, kind, (_MADE, place), path)
@@ -456,7 +461,7 @@ class Holders:
             return value
         held = getattr(value, "holder", None)
         if isinstance(held, (Elements, Fields)) and self.find(held) is None:
-            # The holder is a temporary view, so its memory is saved in its place.
+            # The holder is a temporary view. Therefore the memory behind the view is saved.
             whole = held.row if isinstance(held, Elements) else held.record
             view = self.saved(View(held.memory, held.at, whole))
             return _Held(type(value).__name__, ("", view), value.key)

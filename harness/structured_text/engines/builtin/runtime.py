@@ -21,7 +21,7 @@ from structured_text.language.system import EXCEPTION_CODES
 
 __all__ = ["FAULTS", "FUSE", "NAMES", "MemoryAccessError", "ProgramError"]
 
-#: After this many rounds a loop counts as endless: no PLC runs them in one scan.
+#: Number of rounds after which a loop counts as endless, because no PLC runs as many in a scan.
 FUSE = range(1_000_000)
 
 _SECOND = 1_000_000_000
@@ -37,7 +37,7 @@ class ProgramError(Exception):
 
 
 class MemoryAccessError(ProgramError):
-    """An access through a pointer, reference or interface that does not lead there."""
+    """An access through a pointer, reference or interface without such a variable behind it."""
 
     code = EXCEPTION_CODES["ACCESS_VIOLATION"]
 
@@ -49,7 +49,7 @@ class _BoundsError(ProgramError):
 
 
 class _EndlessError(ProgramError):
-    """A loop without an end, which no `__TRY` of a controller catches."""
+    """The error of a loop without an end; on a controller no `__TRY` catches it."""
 
 
 #: The errors of a program, which the generated code catches in `__TRY`.
@@ -57,7 +57,7 @@ FAULTS = (ArithmeticError, ValueError, ProgramError, RecursionError)
 
 
 def _caught(error: Exception) -> int:
-    """Return the number of an error for the variable of `__CATCH`; raise those it cannot catch."""
+    """Return the number of an error for `__CATCH(code)`; raise an error that cannot be caught."""
     if isinstance(error, (_EndlessError, RecursionError)):
         raise error
     if isinstance(error, ProgramError):
@@ -399,7 +399,7 @@ def _tod_text(moment: int) -> str:
 
 
 def _dt_text(moment: int) -> str:
-    """Return a moment as `DT#2024-12-31-13:30:00`, with six decimals for parts of seconds."""
+    """Return a DT as `DT#2024-12-31-13:30:00`, with six decimals for parts of seconds."""
     return f"DT#{_date_text(moment)[2:]}-{_clock(moment)}"
 
 
@@ -412,7 +412,7 @@ def _clock(moment: int) -> str:
 
 
 def _ltime_text(time: int) -> str:
-    """Return an LTIME as `_time_text` does a TIME, to the nanosecond."""
+    """Return an LTIME in the form of `_time_text`, with nanoseconds."""
     whole = f"L{_time_text(time)}"
     rest = abs(time) % _SECOND
     if not rest:
@@ -437,12 +437,12 @@ _PARTS = (
 
 
 def _short_lreal_text(value: float) -> str:
-    """Return the fewest digits that give the same LREAL, with one behind the point."""
+    """Return the fewest digits that give the same LREAL, with at least one behind the point."""
     return repr(value)
 
 
 def _short_real_text(value: float) -> str:
-    """Return the fewest digits that give the same REAL, with one behind the point."""
+    """Return the fewest digits that give the same REAL, with at least one behind the point."""
     for digits in range(1, 9):
         text = f"{value:.{digits}g}"
         if c_float(float(text)).value == value:
@@ -504,5 +504,5 @@ NAMES: dict[str, Any] = {
     "trunc": math.trunc,
     "uncalled": _Uncalled(),
 }
-# The types with a leading L have the same texts behind an L.
+# The text of an LDATE, LTOD or LDT is that of the DATE, TOD or DT with an L before it.
 NAMES |= {f"l{name}": _long(NAMES[name]) for name in ("date_text", "tod_text", "dt_text")}

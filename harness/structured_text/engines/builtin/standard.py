@@ -46,7 +46,7 @@ def of_type(code: str, kind: Type) -> Value:
 
 
 def settle(value: Value, kind: Type) -> str:
-    """Return the code that fits a value into its type by wrapping or rounding it."""
+    """Return code that wraps or rounds a value, so that it fits its type."""
     name = type_name(kind)
     if value.wide and name == "REAL":
         return f"f32({value.code})"
@@ -133,7 +133,7 @@ def standard_call(node: t.Standard, arguments: list[str], rules: Dialect) -> Val
         return of_type(f"({yes} if {select} else {no})", kind)
     assert name in (*_STRINGS, "MAX", "MIN", "LIMIT", "MUX"), name
     if name in _JOINING and isinstance(kind, ElementaryType) and kind.length is not None:
-        # The engine's functions cut at the length of a plain STRING by default.
+        # The engine's functions cut texts at the length of a plain STRING unless `most` is given.
         arguments = [*arguments, f"most={kind.length}"]
     return of_type(f"{name.lower()}({', '.join(arguments)})", kind)
 
@@ -147,7 +147,7 @@ def _member(node: t.Standard, argument: str) -> str:
 
 
 def _longest(node: t.Standard) -> int:
-    """Return the length that bounds a text among the arguments; 128 for plain strings."""
+    """Return the greatest length of the text arguments; for plain strings it is 128."""
     lengths = [
         string_length(one.type) for one in node.arguments if isinstance(one.type, ElementaryType)
     ]
@@ -274,7 +274,7 @@ def _text(source: str, argument: str, rules: Dialect) -> str:
 
 
 def _short_text(source: str, argument: str) -> str:
-    """Return the code of a text with the shortest digits, without parts that are zero."""
+    """Return the code of a text in the short notation of CODESYS."""
     if source in ANY_REAL:
         return f"short_{source.lower()}_text({argument})"
     if source in ("TIME", "LTIME", "TOD", "LTOD"):

@@ -23,11 +23,12 @@ from structured_text.language.walk import bodies, statements
 
 __all__ = ["Branches", "Writer"]
 
-#: Pairs of condition and statements.
+#: Pairs of a condition, as Python code, and the statements to run if it is true.
 Branches = list[tuple[str, tuple[t.Statement, ...]]]
 #: Largest number of branches in one Python `if`.
 _BRANCHES = 50
-#: Matches variables of a POU that an expression assigns; generated names are lower case.
+#: Matches an assignment to a variable of a POU inside an expression. Generated names are lower
+#: case.
 _WRITTEN = re.compile(r"[( ]([^\W\da-z]\w*) := ")
 
 
@@ -102,7 +103,7 @@ class Writer:
         self._leave_pou()
 
     def _share(self) -> None:
-        """Store in the instance the VAR_IN_OUT that methods of the block use."""
+        """Store the VAR_IN_OUT that methods of the block use in the instance."""
         for symbol in self._pou.section("VAR_IN_OUT") if self._pou.block is not None else ():
             if symbol.shared:
                 self._emit(f"s.{symbol.name.upper()} = {symbol.name.upper()}")
@@ -118,7 +119,7 @@ class Writer:
         return needs_globals(pou.owner) or self._code.uses_globals(pou, own)
 
     def _input(self, symbol: t.Symbol) -> None:
-        """Write the code for an input at the start of a method: a default for None, else a copy."""
+        """Write the code for an input of a method: its default without an argument, else a copy."""
         name = symbol.name.upper()
         created = self._storage.create(symbol.type, symbol.initial)
         if is_scalar(symbol.type):
@@ -165,7 +166,7 @@ class Writer:
         self._depth -= 1
 
     def _nothing(self) -> None:
-        """Write an empty body of an IF, CASE or loop."""
+        """Write `pass` for an empty body of an IF, CASE or loop."""
         self._emit("pass")
 
     def _statements(self, statements: tuple[t.Statement, ...]) -> None:
@@ -213,7 +214,7 @@ class Writer:
         self._emit(self._return())
 
     def _try(self, node: t.Try) -> None:
-        """Write a `__TRY` as a `try` of Python, whose order is that of CODESYS."""
+        """Write a `__TRY` as a `try` of Python, which runs its parts in the order of CODESYS."""
         self._tries += 1
         self._emit("try:")
         self._inside(node.body)
@@ -300,15 +301,15 @@ class Writer:
         self._loop(node.at.line)
 
     def _leave(self, condition: str, node: t.While | t.For) -> None:
-        """Write the exit of a loop before a round."""
+        """Write the condition that ends a loop before its next round."""
         self._emit(f"if {condition}: break")
 
     def _repeat(self, node: t.Repeat) -> None:
         self._emit("for _ in FUSE:")
         self._depth += 1
         if _continues(node.body):
-            # CONTINUE proceeds with the condition, so the condition is checked before the next
-            # round.
+            # CONTINUE in a REPEAT goes on with the condition. The condition is therefore tested at
+            # the start of each round but the first.
             self._emit(f"if _ and {self._code.exact(node.condition)}: break")
             self._statements(node.body)
             self._loop(node.at.line)
@@ -327,7 +328,8 @@ class Writer:
         self._depth += 1
         continues = _continues(node.body)
         if continues:
-            # CONTINUE proceeds with the next value, so the step is made before the next round.
+            # CONTINUE in a FOR goes on with the next value. The step is therefore made at the start
+            # of each round but the first.
             self._emit("if _:")
             self._depth += 1
             self._step(node, counter)

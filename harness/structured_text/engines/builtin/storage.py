@@ -79,9 +79,9 @@ def address_slot(address: str) -> str:
 class Storage:
     """The writer of the data part of the generated module.
 
-    For each type T that is neither a scalar nor a list of scalars, the module has
-    `copy_T(to, by)`, `save_T(of)` and `load_T(to, saved)`. Structures and blocks also have a
-    class, `s_T` or `b_T`. Each is written on first use, after the types that it needs.
+    For each type T that is neither a scalar nor a list of scalars, the module has `copy_T(to, by)`,
+    `save_T(of)` and `load_T(to, saved)`. Structures and blocks also have a class, `s_T` or `b_T`.
+    The code of a type is written when the type is first used, after the code of the types in it.
     """
 
     def __init__(self) -> None:

@@ -39,7 +39,8 @@ _RUNTIME = Path(__file__).with_name("runtime.c")
 _PROGRAM = re.compile(r"^\d+;([\w.]+);(\w+);$", re.MULTILINE)
 _GLOBAL = re.compile(r"^__DECLARE_GLOBAL(_FB|_LOCATED|)\((\w+),(\w+),(\w+)\)", re.MULTILINE)
 _GLOBAL_PLACE = re.compile(r"__INIT_GLOBAL_LOCATED\(\w+,(\w+),(\w+),")
-# matiec's HEAD writes names of other globals before the macro, on the same line.
+# matiec's HEAD writes names of other globals in front of the macro, so the pattern also matches
+# inside a line.
 _LOCATED = re.compile(r"__LOCATED_VAR\((\w+),(\w+),")
 
 
@@ -101,7 +102,7 @@ def _compile(text: str, wanted: Wanted, matiec: Matiec, compiler: str) -> bytes:
 
 
 class RefusedCodeError(Exception):
-    """The error for C code of iec2c that the C compiler refuses.
+    """The error for C code that iec2c has written and the C compiler refuses.
 
     Args:
         reason: The first error of the C compiler.
@@ -190,7 +191,7 @@ def _globals(target: Path) -> dict[str, tuple[str, str]]:
     return found
 
 
-#: The message to users, and of skipped tests, if matiec is not installed.
+#: The message to users if matiec is not installed, and the reason of skipped tests.
 MISSING = "matiec not found: set RCX_MATIEC or PATH"
 
 #: The options of OpenPLC v3: full locations, relaxed type equivalence, forward references, REF_TO

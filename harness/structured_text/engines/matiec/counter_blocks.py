@@ -1,4 +1,4 @@
-"""Counters (CTU, CTD, CTUD) whose results differ on matiec.
+"""Counters (CTU, CTD, CTUD) with other results on matiec than in the standard.
 
 In the standard, CV counts as far as the limits of its type. matiec stops counting up at PV, and
 counting down at 0. The difference is visible in CV, and in both outputs of CTUD. Q of CTD does not
@@ -26,8 +26,8 @@ _OUTPUTS = ("CV", "Q", "QU", "QD")
 def other_counts(sources: Sources) -> Iterator[Hit]:
     """Yield the places that read a result of a counter which may differ.
 
-    If the program reads no output of a counter, a reader outside may do so, such as a test or an
-    operator panel. The place is then the first call of the counter, unless CV cannot differ.
+    If the program reads no output of a counter, a test or an operator panel may read one. In this
+    case the first call of the counter is yielded, unless CV cannot differ.
     """
     if sources.counters == "preset":
         return
@@ -46,7 +46,10 @@ def other_counts(sources: Sources) -> Iterator[Hit]:
 
 
 class _Counter:
-    """A declared counter with its calls; `elsewhere` if other places of the program may call it."""
+    """A declared counter with its calls.
+
+    `elsewhere` is true if calls that are not recorded here are possible.
+    """
 
     def __init__(self, variable: t.Variable, *, elsewhere: bool = False) -> None:
         self.calls: list[tuple[t.Pou, t.CallBlock]] = []
@@ -74,13 +77,13 @@ class _Counter:
         ]
 
     def _has_one_preset(self) -> bool:
-        """Return whether PV is the same whenever an edge is counted, and later."""
+        """Return whether PV keeps one value from the first counted edge on."""
         if not self.is_steady:
             return False
         given = [dict(call.inputs).get("PV") for _, call in self.calls]
         presets = [one for one in given if one is not None]
         if not presets:
-            return True  # PV is always 0
+            return True  # nothing sets PV, so it stays 0
         complete = all("PV" in one for one in self._counting())
         return complete and _is_constant(presets[0]) and presets.count(presets[0]) == len(presets)
 
@@ -95,7 +98,7 @@ class _Counter:
         )
 
     def _is_own_q(self, one: t.Expression | None, op: str) -> bool:
-        """Return whether an argument is `Q OR …`, or `NOT Q AND …`."""
+        """Return whether an argument is `Q OR …` or `NOT Q AND …`, with the Q of this counter."""
         if isinstance(one, t.Binary) and one.op == op:
             return self._is_own_q(one.left, op) or self._is_own_q(one.right, op)
         if op == "AND":
@@ -123,7 +126,7 @@ def _counters(sources: Sources) -> dict[object, _Counter]:
 
 
 def _key(variable: t.Expression) -> object:
-    """Return the declaration of a counter; None if it is part of another variable."""
+    """Return the declaration of a counter; None if the counter is part of another variable."""
     symbol = root_of(variable)
     if symbol is None or not isinstance(variable, t.Use) or symbol.section == "VAR_IN_OUT":
         return None
@@ -159,7 +162,7 @@ def _is_literal(one: t.Expression | None, value: bool) -> bool:
 
 
 def _is_constant(one: t.Expression) -> bool:
-    """Return whether an expression has the same value in each scan."""
+    """Return whether an expression consists of constants only."""
     return all(
         isinstance(node, (t.Constant, t.Unary, t.Binary))
         or (isinstance(node, t.Use) and node.symbol.constant)

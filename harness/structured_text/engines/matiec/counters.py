@@ -1,7 +1,8 @@
 """Reads of the counter of a FOR after the loop has ended.
 
-IEC 61131-3 leaves the value open. matiec since June 2024 leaves the last value in the counter,
-other engines the value after it. After EXIT both have the same value.
+IEC 61131-3 leaves the value open. After the loop, matiec since June 2024 has the last value in the
+counter, and other engines have the value after the last one. After EXIT all engines have the same
+value.
 """
 
 from __future__ import annotations
@@ -15,17 +16,18 @@ from structured_text.language.walk import nodes
 
 __all__ = ["stale_reads"]
 
-#: Counters of ended loops, by identity of their symbol.
+#: Counters of FOR loops that have ended, by the identity of their symbol.
 _Stale = frozenset[int]
 
 
 def stale_reads(pou: t.Pou) -> Iterator[Hit]:
-    """Yield the statements that read a counter after its FOR, before it has a new value."""
+    """Yield the statements that read the counter of an ended FOR, before it gets a new value."""
     if not any(isinstance(one, t.For) for one in nodes(pou.body)):
         return
     walk = _Walk(pou)
     after = walk.body(pou.body, frozenset())
-    if pou.kind != "FUNCTION":  # the variables of a block keep their values until the next call
+    # a block keeps its variables, so the next call may read a counter of this one
+    if pou.kind != "FUNCTION":
         temporary = {id(symbol) for symbol in pou.section("VAR_TEMP")}
         walk.body(pou.body, after - temporary)
     yield from dict.fromkeys(walk.hits)

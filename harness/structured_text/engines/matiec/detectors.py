@@ -34,7 +34,7 @@ _Detector = Callable[[Sources], Iterator[Hit]]
 
 
 def _for_once(sources: Sources) -> Iterator[Hit]:
-    """Yield each FOR that runs once, or may do so because a bound is calculated."""
+    """Yield each FOR that runs once, or may run once because a bound is calculated."""
     for pou, loop in _loops(sources):
         rounds = _rounds(loop)
         if rounds is None:
@@ -69,7 +69,7 @@ def _loops(sources: Sources) -> Iterator[tuple[t.Pou, t.For]]:
 
 
 def _rounds(loop: t.For) -> int | None:
-    """Return how often a loop runs; None if a bound is not constant."""
+    """Return the number of rounds of a loop; None if a bound is not constant."""
     start, end, step = map(_number, (loop.start, loop.end, loop.step))
     if start is None or end is None or step is None:
         return None
@@ -99,12 +99,13 @@ def _time_literal(sources: Sources) -> Iterator[Hit]:
     yield from wrong_comparisons(sources.pous, sums=False)
 
 
-#: Nanoseconds times a number is calculated in an `int` of C.
+#: matiec multiplies the nanoseconds of a TIME by the factor in an `int` of C, which must not
+#: overflow.
 _MOST_NS = 2**31 - 1
 
 
 def _time_product(sources: Sources) -> Iterator[Hit]:
-    """Yield products of a duration, unless its part below a second is known to be small."""
+    """Yield each product of a duration in which matiec's `int` may overflow."""
     for pou in sources.pous:
         for at, one in expressions(pou):
             if not isinstance(one, t.Binary) or one.op != "*" or type_name(one.type) != "TIME":
@@ -126,7 +127,7 @@ def _constant(one: t.Expression) -> object:
 
 
 def _replace(sources: Sources) -> Iterator[Hit]:
-    """Yield each REPLACE whose new text is, or may be, longer than the part that it replaces."""
+    """Yield each REPLACE with a new text that is, or may be, longer than the replaced part."""
     for pou in sources.pous:
         for at, one in expressions(pou):
             if isinstance(one, t.Standard) and one.name == "REPLACE":
@@ -138,7 +139,7 @@ def _replace(sources: Sources) -> Iterator[Hit]:
 
 
 def _find(sources: Sources) -> Iterator[Hit]:
-    """Yield each FIND of a text that is not a single character, or whose length is not known."""
+    """Yield each FIND for a text that has, or may have, more than one character."""
     for pou in sources.pous:
         for at, one in expressions(pou):
             if isinstance(one, t.Standard) and one.name == "FIND":
@@ -148,7 +149,7 @@ def _find(sources: Sources) -> Iterator[Hit]:
 
 
 def _limit(sources: Sources) -> Iterator[Hit]:
-    """Yield each LIMIT whose constant limits are exchanged."""
+    """Yield each LIMIT with a constant lower limit above its constant upper limit."""
     for pou in sources.pous:
         for at, one in expressions(pou):
             if isinstance(one, t.Standard) and one.name == "LIMIT":
@@ -172,7 +173,8 @@ def _temp_array(sources: Sources) -> Iterator[Hit]:
                 yield Hit(pou.file, symbol.at, f"{symbol.name} of {pou.name}")
 
 
-#: An escape of a text, and the character after it. In C only $N and the codes end with hex digits.
+#: An escape in a text, and the character after it. In C, $N and hexadecimal codes also take hex
+#: digits that follow them.
 _ESCAPE = re.compile(r"\$(?:([0-9A-Fa-f]{2}|[NnLl])|.)(?=(.))", re.DOTALL)
 _HEX = frozenset("0123456789abcdefABCDEF")
 
@@ -185,7 +187,7 @@ def _text_escape(sources: Sources) -> Iterator[Hit]:
 
 
 def _nested_array(sources: Sources) -> Iterator[Hit]:
-    """Yield each variable that is, or contains, an array of arrays."""
+    """Yield each variable that is or contains an array of arrays."""
     for pou in sources.pous:
         for symbol in pou.symbols.values():
             nested = any(
@@ -233,7 +235,7 @@ def _text_line_feed(sources: Sources) -> Iterator[Hit]:
 
 
 def _inside(at: s.Position, text: str, offset: int) -> s.Position:
-    """Return the place of a character of a literal."""
+    """Return the position of a character inside a literal."""
     before = text[:offset]
     if "\n" in before:
         return s.Position(at.line + before.count("\n"), offset - before.rfind("\n"))

@@ -1,7 +1,7 @@
-"""Comparisons of durations that matiec decides differently.
+"""Comparisons of durations whose result on matiec differs from exact arithmetic.
 
 matiec stores a duration as seconds and nanoseconds, with two faults. A sum may keep 1000 ms beside
-its seconds, and compares as less than the next whole second. And about half of the literals are a
+its seconds, and compares as less than the next whole second. About half of the literals are a
 nanosecond short, because they are calculated in floating point (C type `long double`, here that of
 x86) and cut off. Both matter only if the two sides of a comparison are equal in exact arithmetic.
 
@@ -54,10 +54,10 @@ _EXACT = _Value()
 
 
 def wrong_comparisons(pous: Sequence[t.Pou], *, sums: bool) -> Iterator[Hit]:
-    """Yield the comparisons and conversions that a fault of matiec may make wrong.
+    """Yield the comparisons and conversions of durations that may give a wrong result on matiec.
 
-    With `sums`, yield comparisons with and conversions of sums that keep 1000 ms beside their
-    seconds. Without it, yield comparisons with values that are wrong by nanoseconds.
+    With `sums`, yield those with a sum that keeps 1000 ms beside its seconds. Without `sums`, yield
+    comparisons with a value that is wrong by nanoseconds.
     """
     if not any(_is_time(symbol.type) for pou in pous for symbol in pou.symbols.values()) and (
         not any(
@@ -82,7 +82,7 @@ def _is_time(kind: object) -> bool:
     return type_name(kind) == "TIME"  # type: ignore[arg-type]
 
 
-#: For each operator: whether the left side must not be low, whether it must not be high.
+#: For each operator, whether the result is wrong if the left side is low, and if it is high.
 _LESS = {
     "=": (True, True),
     "<>": (True, True),
@@ -133,7 +133,7 @@ class _Values:
         return self._known[key] if key else _EXACT
 
     def converts_sum(self, pou: t.Pou, one: t.Standard) -> bool:
-        """Return whether a function converts a sum to another type than REAL or LREAL."""
+        """Return whether a function converts a sum with 1000 ms, but not to REAL or LREAL."""
         source, _, target = one.name.partition("_TO_")
         return (
             source == "TIME"
@@ -155,7 +155,7 @@ class _Values:
         return _Value(left.sum, left.low or right.high, left.high or right.low)
 
     def wrong(self, pou: t.Pou, one: t.Binary, *, sums: bool) -> str | None:
-        """Return the part of a comparison that may make it wrong; None if there is none."""
+        """Return the reason why a comparison may be wrong; None if it is right."""
         if isinstance(one.left, t.Constant) and isinstance(one.right, t.Constant):
             return None
         left, right = self.of(pou, one.left), self.of(pou, one.right)
@@ -168,7 +168,7 @@ class _Values:
             return None
         wrong_low = (left.low or right.high) and not_low
         wrong_high = (left.high or right.low) and not_high
-        # A comparison with 0 is taken as correct in spite of an error of a nanosecond.
+        # In a comparison with 0, an error of a nanosecond is ignored.
         if _is_zero(one.left) or _is_zero(one.right):
             return None
         if wrong_low or wrong_high:
@@ -231,7 +231,7 @@ def _rounded(value: Fraction) -> Fraction:
 
 
 def _flows(pou: t.Pou) -> Iterator[tuple[_Key, t.Pou, t.Expression | _Key]]:
-    """Yield (target, POU of the source, source) for each duration that is passed on."""
+    """Yield target, POU of the source, and source of each duration that the program passes on."""
     for node in nodes(pou.body):
         if isinstance(node, t.Assign) and _is_time(node.target.type):
             if key := _key(pou, node.target):
@@ -266,7 +266,7 @@ def _key_of_symbol(pou: t.Pou, symbol: t.Symbol) -> _Key:
 
 
 def _key(pou: t.Pou, one: t.Expression) -> _Key | None:
-    """Return the key of a variable; all elements of an array have the same."""
+    """Return the key of a variable; all elements of an array have the same key."""
     if isinstance(one, t.Use):
         return _key_of_symbol(pou, one.symbol)
     if isinstance(one, t.Member):

@@ -61,7 +61,7 @@ class Fault:
 
     @property
     def who(self) -> str:
-        """Return matiec with its versions."""
+        """Return the name of matiec, with the versions that have the fault."""
         return {
             "all": "matiec",
             "new": "matiec since June 2024",
@@ -89,7 +89,8 @@ class Place:
 
     def __str__(self) -> str:
         """Return the place and its text as compilers print it."""
-        file = getattr(self.at.line, "file", self.file)  # see `language.source`
+        # the place may be in an extract of a project file, see `language.source`
+        file = getattr(self.at.line, "file", self.file)
         return f"{file}:{self.at.line}:{self.at.column}: {self.text}"
 
 
@@ -137,7 +138,7 @@ def places(project: Project, new: bool | None = None) -> list[Place]:
 
 
 def warnings(found: Iterable[Place]) -> list[Place]:
-    """Return one place for each fault and file; its detail names the lines of the others."""
+    """Return one place for each fault and file; its detail lists the lines of the other places."""
     groups: dict[tuple[Path, str], list[Place]] = {}
     for one in found:
         groups.setdefault((one.file, one.fault.name), []).append(one)

@@ -40,7 +40,10 @@ class Hit(NamedTuple):
 
 
 def expressions(pou: t.Pou) -> Iterator[tuple[Position, Any]]:
-    """Yield each expression of a body with its place; inner expressions follow their outer one."""
+    """Yield each expression of a body with its position.
+
+    An expression comes before the expressions inside it.
+    """
     for one in statements(pou.body):
         for number, root in enumerate(own_expressions(one)):
             place: Position | None = None
@@ -64,7 +67,7 @@ def own_expressions(one: t.Statement) -> list[Any]:
 
 
 def _place(pou: t.Pou, one: t.Statement, number: int) -> Position:
-    """Return the place of an expression: its statement, or the condition of ELSIF or UNTIL."""
+    """Return the position of an expression's statement; in ELSIF or UNTIL, of the condition."""
     if (isinstance(one, t.If) and number) or isinstance(one, t.Repeat):
         for node in nodes(parse(Path(pou.file)).declarations):
             if isinstance(one, t.Repeat):

@@ -93,7 +93,7 @@ class MatiecProgram(NativeProgram):
 
 
 def _check_order(project: Project) -> None:
-    """Raise InputError if priorities change the declared order of programs: matiec ignores them."""
+    """Raise InputError if priorities change the order of programs; matiec ignores priorities."""
     declared = list(project.instances)
     if [run.instance for run in project.schedule] == declared:
         return

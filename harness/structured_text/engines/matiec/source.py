@@ -1,4 +1,4 @@
-"""The joined source text for iec2c, and its errors at the user's files and lines."""
+"""The joined text of all sources for iec2c, and the user's lines for the errors in this text."""
 
 from __future__ import annotations
 
@@ -54,14 +54,14 @@ class SourceText:
     starts: tuple[int, ...]
 
     def place(self, line: int) -> tuple[Path, int]:
-        """Return the file, and the line in it (from 1), of a line of the text."""
+        """Return the file, and the line in it from 1, for a line of the joined text."""
         index = bisect_right(self.starts, line) - 1
         file = self.files[index]
         return file, origin(file, line - self.starts[index] + 1, 1)[0]
 
 
 def hidden_instance(name: str, project: Project) -> str:
-    """Return the C name of an instance; it is changed if a POU has the same name."""
+    """Return the C name of an instance, which differs from the names of all POUs."""
     clashes = any(pou.upper() == name.upper() for pou in project.pous)
     return f"{HIDDEN_INSTANCE}_{name.upper()}" if clashes else name
 

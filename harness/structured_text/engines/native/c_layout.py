@@ -89,7 +89,7 @@ class Dialect(Protocol):
         """Return the C expression of a member's value, relative to its structure or block."""
 
     def is_pointer(self, variable: Variable) -> bool:
-        """Return whether the member is a pointer to a value in another place."""
+        """Return whether the member is a pointer to a value that is stored somewhere else."""
 
     def scalar(self, kind: ElementaryType | EnumType, size: int) -> Codec:
         """Return the codec of an elementary type or enumeration of `size` bytes."""
@@ -178,7 +178,7 @@ class Layout:
         return self._members[kind.name.upper()][name]
 
     def codec(self, kind: Type, size: int) -> Codec:
-        """Return the codec of a type whose values take `size` bytes."""
+        """Return the codec of a type; `size` is the number of bytes of a value."""
         if isinstance(kind, ArrayType):
             return self._array_codec(kind, size)
         if isinstance(kind, (StructType, BlockType)):
@@ -204,7 +204,7 @@ class Layout:
 
 
 def _record(size: int, members: dict[str, Member]) -> Codec:
-    """Return the codec of a structure or block, whose value is a dict by declared names."""
+    """Return the codec of a structure or block; its values are dicts by declared names."""
     parts = [(name, member.offset, member.codec) for name, member in members.items()]
 
     def get(memory: memoryview, at: int) -> Value:
@@ -219,7 +219,7 @@ def _record(size: int, members: dict[str, Member]) -> Codec:
 
 
 def _pointed(target: Codec) -> Codec:
-    """Return the codec of a pointer to a value in another place: a located variable."""
+    """Return the codec of a pointer to a value stored somewhere else: a located variable."""
     pointer = struct.Struct("@P")
 
     def there(memory: memoryview, at: int) -> memoryview:
@@ -257,7 +257,7 @@ def packed(form: str, size: int) -> Codec:
 
 
 def converted(kind: ElementaryType | EnumType, number: Codec) -> Codec:
-    """Return the codec of an enumeration or moment that is stored as a number."""
+    """Return the codec of an enumeration, duration or date that is stored as a number."""
 
     def get(memory: memoryview, at: int) -> Value:
         return scalar_to_python(kind, number.get(memory, at))

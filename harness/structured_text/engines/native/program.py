@@ -47,7 +47,7 @@ _BYTES: dict[Type, tuple[int, Literal["B", "H"]]] = {
 
 @dataclass(frozen=True)
 class _Slot:
-    """The place of a path's variable in memory."""
+    """The memory, the offset and the codec of the variable at a path."""
 
     path: str
     type: Type
@@ -75,7 +75,7 @@ class _Cells:
 
 @dataclass(frozen=True)
 class _Snapshot:
-    """The state of an instance, its first state, and the address of its memory."""
+    """The state of an instance, its state at the start, and the address of its memory."""
 
     image: bytes
     tick: int
@@ -113,7 +113,7 @@ class NativeProgram(OfProject):
         self._base = places[0]
         kinds: dict[str, Type] = dict(project.instances)
         kinds.update((variable.name, variable.type) for variable in project.globals.values())
-        # Regions that an engine adds come after these.
+        # An engine may add regions behind these, so the lists differ in length.
         self._roots = {
             name: (kind, memory)
             for (name, kind), memory in zip(kinds.items(), self._regions, strict=False)
@@ -127,7 +127,7 @@ class NativeProgram(OfProject):
         """Check the loaded library before use; engines override it."""
 
     def instance(self: _P) -> _P:
-        """Return another instance of the same program, in its first state."""
+        """Return another instance of the same program, in the state before the first scan."""
         return type(self)(self.project, self._image)
 
     def scan(self, now_us: int) -> None:
@@ -251,8 +251,8 @@ class NativeProgram(OfProject):
 def _keep_pointers(memory: memoryview, theirs: bytes, ours: bytes, distance: int) -> None:
     """Set pointers into the instance's own memory to their first values.
 
-    In the first states of two instances, a word with such a pointer differs by the distance of
-    their memories. All other words are equal or differ otherwise.
+    At the start of two instances, a word with such a pointer differs by the distance of their
+    memories. Every other word is equal or differs by another amount.
     """
     for at in range(0, len(ours) - _POINTER.size + 1, _POINTER.size):
         there, here = _POINTER.unpack_from(theirs, at)[0], _POINTER.unpack_from(ours, at)[0]

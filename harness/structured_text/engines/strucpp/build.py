@@ -27,7 +27,7 @@ from structured_text.output.paths import real
 
 __all__ = ["MISSING_STRUCPP", "NAMESPACE", "Strucpp", "compile_project", "find_strucpp"]
 
-#: The message to users, and of skipped tests, if STruC++ is not installed.
+#: The message to users if STruC++ is not installed, and the reason of skipped tests.
 MISSING_STRUCPP = "STruC++ not found: set RCX_STRUCPP or PATH"
 
 #: The name space of the generated C++.
@@ -113,8 +113,8 @@ def compile_project(
         The contents of the shared object.
 
     Raises:
-        InputError: One of the compilers reports an error; with the user's file and line if the
-            compiler reports a place.
+        InputError: One of the compilers reports an error. If the compiler reports a place, the
+            error has the user's file and line.
     """
     texts = [source_text(file) for file in project.files]
     added = "\n".join([*_program_part(project, layout), _RUNTIME.read_text(encoding="utf-8")])
@@ -159,7 +159,8 @@ def _translate(project: Project, texts: Sequence[str], strucpp: Strucpp, folder:
     for place in _PLACE.finditer(output):
         if place[4]:
             number, line, column = int(place[1]), int(place[2]), int(place[3])
-            if offset := _OFFSET.search(place[4]):  # a lexical error has an offset, not a line
+            # a lexical error has an offset instead of a line
+            if offset := _OFFSET.search(place[4]):
                 before = texts[number][: int(offset[1])]
                 line, column = before.count("\n") + 1, len(before) - before.rfind("\n")
             file = project.files[number]

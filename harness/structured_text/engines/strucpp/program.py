@@ -55,7 +55,7 @@ class StrucppProgram(NativeProgram):
         return program
 
     def check(self, library: ctypes.PyDLL) -> None:
-        """Raise InputError if this version of STruC++ represents values in an unknown way."""
+        """Raise InputError if the installed STruC++ represents values in an unknown way."""
         if not library.shim_is_as_expected():
             raise InputError(
                 "this version of STruC++ stores its variables in an unknown way",
@@ -97,7 +97,7 @@ def _check_start(project: Project, read: Callable[[str], Value]) -> None:
                 )
 
     def check_block(block: BlockType, path: str) -> None:
-        """Check one instance of each block: all instances start alike."""
+        """Check the first instance of each block; all instances start with the same values."""
         pou = project.pous.get(block.name.upper())
         if pou is not None and pou.name not in seen:
             seen.add(pou.name)

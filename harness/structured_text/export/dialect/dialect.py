@@ -19,10 +19,10 @@ from structured_text.language.walk import declared
 
 __all__ = ["BYTES", "Dialect", "Function", "Names", "dialect_body"]
 
-#: The reason why a block with a process image of bytes is not supported, for messages.
+#: The reason, for messages, why a block with a process image of bytes is not supported.
 BYTES = "has an array of BYTE; take the block for words"
 
-#: Suffix of a name that the tool refuses.
+#: Suffix for a name that the tool refuses.
 _SUFFIX = "_X"
 _MOMENTS = ("T", "TIME", "D", "DATE", "TOD", "TIME_OF_DAY", "DT", "DATE_AND_TIME")
 _BITS = ("BYTE", "WORD", "DWORD", "LWORD")
@@ -35,13 +35,13 @@ class Dialect:
 
     Attributes:
         listed: The name of its list of functions and blocks, in the folder `words`.
-        types: Names of elementary types in its tables; it does not have types that are missing
-            here.
-        array: The form of an array in its tables, with `{element}` and `{bounds}`.
-        words: Types with another name in its statements, in typed literals and conversions.
-        enumerations: Whether it has enumerations; otherwise members are numbers of type INT.
-        bytes: Whether it has BYTE; otherwise a BYTE is a WORD with an upper half of 0.
-        refused: Names of variables that it refuses.
+        types: Names of elementary types in the tool's tables. The tool does not have the missing
+            types.
+        array: The form of an array in the tool's tables, with `{element}` and `{bounds}`.
+        words: Types with another name in statements, in typed literals and conversions.
+        enumerations: Whether the tool has enumerations; otherwise members are numbers of type INT.
+        bytes: Whether the tool has BYTE; otherwise a BYTE is a WORD with an upper half of 0.
+        refused: Names of variables that the tool refuses.
         arguments: Conversion of each argument of a standard function; "" for none.
         results: Conversion of a standard function's result.
     """
@@ -301,7 +301,7 @@ class _Body(Body):
         return at
 
     def _byte(self, at: int) -> bool:
-        """Return whether an operand is a BYTE that the tool does not have."""
+        """Return whether an operand is a BYTE, in a tool without BYTE."""
         token, kind = self._found[at], self._kind(at)
         if self._dialect.bytes:
             return False
@@ -322,7 +322,7 @@ class _Body(Body):
         return kind == "IDENT" and self._names.is_byte(self._type(at))
 
     def _byte_of_standard(self, at: int) -> bool:
-        """Return whether the result of a standard function is a BYTE like one of its arguments."""
+        """Return whether a standard function with the type of its arguments gets a BYTE."""
         key = self._found[at].upper()
         if key not in FUNCTIONS or FUNCTIONS[key].result != "T":
             return False

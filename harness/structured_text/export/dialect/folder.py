@@ -35,7 +35,7 @@ class Row:
         section: VAR_INPUT, VAR_OUTPUT, VAR_IN_OUT or VAR; RESULT of a function, FIELD of a
             structure, MEMBER of an enumeration.
         initial: Its initial value; for a member its number; empty if there is none.
-        retain: Whether it keeps its value when power is off.
+        retain: Whether the variable keeps its value when power is off.
     """
 
     name: str
@@ -49,14 +49,16 @@ class Row:
 
 @dataclass(frozen=True)
 class Tool:
-    """The differences between tools.
+    """The properties by which tools differ in their folders.
 
     Attributes:
         dialect: The words of the tool.
         retained: Sections whose variables can keep their values when power is off.
-        tables: Returns the texts of a declaration's tables by the end of their names.
+        tables: A function that returns the texts of a declaration's tables, by the end of their
+            names.
         readme: Instructions for the folder; `{renamed}`, `{order}` and the notes are inserted.
-        notes: Texts about the library, by subject, for subjects on which the library has none.
+        notes: Texts about the library, by subject. They are used for subjects on which the library
+            has no text.
     """
 
     dialect: Dialect
@@ -69,7 +71,7 @@ class Tool:
 def to_folder(sources: Sources, tool: Tool) -> Output:
     """Write bodies and tables; omit declarations with types that the tool lacks.
 
-    Declarations that need an omitted one are omitted, too.
+    A declaration that needs an omitted declaration is omitted as well.
     """
     writer = _Writer(sources, tool)
     files: dict[str, str] = {}
@@ -87,12 +89,12 @@ def to_folder(sources: Sources, tool: Tool) -> Output:
 
 
 def cell(text: str) -> str:
-    """Return a comment as a table's cell: on one line, without tabs."""
+    """Return a comment as the text of a table's cell: one line without tabs."""
     return " ".join(text.split())
 
 
 def tabbed(lines: Iterable[tuple[str, ...]]) -> str:
-    """Return a table to paste: cells separated by tabs, without a line of titles."""
+    """Return a table to paste, with tabs between cells and without titles."""
     return "".join("\t".join(line) + "\n" for line in lines)
 
 
@@ -138,7 +140,7 @@ class _Writer:
                 yield part
 
     def _outside(self, part: Part) -> str:
-        """Return why a POU cannot be exported by itself; empty if it can."""
+        """Return the reason why a POU cannot be exported by itself; empty if it can."""
         if not isinstance(part.node, s.Pou):
             return ""
         if isinstance(self._names.base(part.node.result), s.StructSpec | s.ArraySpec):
@@ -176,7 +178,7 @@ class _Writer:
         )
 
     def _is_kept(self, section: s.Section, symbol: Symbol) -> bool:
-        """Return whether the table marks a variable that keeps its value without power."""
+        """Return whether the table marks a variable as retained."""
         able = section.kind in self._tool.retained and not isinstance(symbol.type, BlockType)
         return section.qualifier == "RETAIN" and able
 

@@ -6,7 +6,7 @@ from structured_text.export.l5x.model import FIRST_SCAN, STANDARD_BLOCKS, Aoi, D
 
 __all__ = ["FBD_TIMER", "standard_blocks"]
 
-#: Inputs and outputs of the structure that contains the state of the instruction TONR.
+#: Members of the structure that holds the state of the instruction TONR.
 FBD_TIMER = {
     "EnableIn": "BOOL",
     "TimerEnable": "BOOL",
@@ -33,8 +33,8 @@ def standard_blocks() -> list[Aoi]:
 def _ton() -> Aoi:
     """Return TON, implemented with TONR.
 
-    TONR gets the highest preset and only counts the time; the code compares it with PT. So PT may
-    change while the timer runs.
+    TONR gets the highest preset and only counts the time; the code compares it with PT. Therefore
+    PT may change while the timer runs.
     """
     name = STANDARD_BLOCKS["TON"]
     return Aoi(
@@ -86,7 +86,7 @@ def _first_scan() -> Aoi:
     """Return the block for the first scan.
 
     It uses a Prescan routine, which runs when the controller starts (1756-PM010). The flag S:FS is
-    not for Structured Text: the vendor's help names it for XIC and XIO only.
+    not used, because the vendor's help names it for XIC and XIO only.
     """
     return Aoi(
         FIRST_SCAN,

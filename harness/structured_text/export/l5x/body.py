@@ -68,7 +68,7 @@ class _Writer:
     A function sets its variables at the beginning of its logic, because a Logix tag keeps its value
     between calls. A block sets them in its Prescan routine. A structure, array or STRING is passed
     by reference; for each such pin of an instance the caller has a companion tag. RETURN is not
-    written: the code after an IF with RETURN moves into its ELSE.
+    written: the code behind an `IF … THEN RETURN` moves into an IF with the opposite condition.
     """
 
     def __init__(self, part: Part, pou: t.Pou, pous: Mapping[str, t.Pou], images: Images) -> None:
@@ -111,9 +111,9 @@ class _Writer:
         return aoi
 
     def _first_scan(self) -> None:
-        """Make a program set its initial values in its first scan.
+        """Add the statements that set the initial values of a program in its first scan.
 
-        A program has no Prescan routine, so it calls an instruction that has one.
+        A program has no Prescan routine, so it calls an instruction that has a Prescan routine.
         """
         aoi = self._aoi
         aoi.locals.append(Tag(f"{FIRST_SCAN}_1", Data(FIRST_SCAN), "Local", is_block=True))
@@ -174,7 +174,7 @@ class _Writer:
     # --- initial values -------------------------------------------------------------------
 
     def _cleared(self) -> Iterator[str]:
-        """Yield lines that set variables at each call: all of a function, and temporary ones."""
+        """Yield lines that reset variables at each call: in a function all, else temporary ones."""
         function = self._pou.kind == "FUNCTION"
         first = self._pou.body[0] if self._pou.body else None
         at_once = first.target if isinstance(first, t.Assign) else None
@@ -254,7 +254,7 @@ class _Writer:
     def _emptied(self, name: str, kind: Type) -> str:
         """Return a line that sets a whole tag to 0.
 
-        The line copies a tag with zeros that nothing writes, because FLL is for ladder only.
+        The line copies from a tag that is always 0, because FLL exists in ladder only.
         """
         data = data_of(kind, self._images)
         if data == Data("STRING"):
@@ -266,7 +266,10 @@ class _Writer:
     # --- statements -----------------------------------------------------------------------
 
     def _returned(self, body: Sequence[t.Statement], indent: str) -> list[str]:
-        """Return the statements of the whole POU; code after an IF with RETURN becomes its ELSE."""
+        """Return the statements of the whole POU, without RETURN.
+
+        The code behind an `IF … THEN RETURN` moves into an IF with the opposite condition.
+        """
         lines: list[str] = []
         for place, one in enumerate(body):
             if _returns(one):
@@ -290,7 +293,7 @@ class _Writer:
         return [line for one in body for line in self._statement(one, indent)]
 
     def _noted(self, one: t.Statement, indent: str) -> list[str]:
-        """Return the comments up to a statement's line that have not been written yet."""
+        """Return the comments up to a statement's line that are not written yet."""
         lines = []
         while self._comments and self._comments[0][0] <= one.at.line:
             lines.append(f"{indent}(* {self._comments.pop(0)[1]} *)")

@@ -1,9 +1,9 @@
 """Expressions in the Structured Text of Logix, which cannot call user functions.
 
-Logix computes whole numbers in DINT. An operation that an expression cannot contain is done in
-statements before the one that uses it (`before`), with its result in a temporary tag. No expression
-of the library has a side effect. Therefore neither this order nor the evaluation of both sides of
-AND and OR can change a result.
+Logix computes whole numbers in DINT. If an expression cannot contain an operation, statements in
+front (`before`) store its result in a temporary tag. No expression of the library has a side
+effect. Therefore neither this order nor the evaluation of both sides of AND and OR can change a
+result.
 """
 
 from __future__ import annotations
@@ -54,11 +54,11 @@ class ExpressionWriter:
         self.instances: dict[str, str] = {}
 
     def begin(self) -> None:
-        """Begin a new statement: the temporary tags are free again."""
+        """Begin a new statement, in which all temporary tags are free."""
         self._used.clear()
 
     def take(self) -> list[str]:
-        """Return the statements that must precede, and clear them."""
+        """Return the statements that must precede the current one, and clear the list."""
         found, self.before = self.before, []
         return found
 
@@ -92,12 +92,15 @@ class ExpressionWriter:
         return f"{base}.{node.name}"
 
     def tag(self, node: t.Expression) -> str:
-        """Return a tag with the value of a STRING, to be passed or copied."""
+        """Return a tag with the value of a STRING, as a parameter or the source of a copy."""
         text = self.text(node)
         return self._kept("STRING", text) if isinstance(node, t.Constant) else text
 
     def kept(self, node: t.Expression) -> str:
-        """Return an operand that may be used twice; a complex value gets a temporary tag."""
+        """Return an operand that the code may use twice.
+
+        A complex expression gets a temporary tag.
+        """
         text = self.text(node)
         return (
             text
@@ -111,7 +114,7 @@ class ExpressionWriter:
         return name
 
     def temporary(self, data: str) -> str:
-        """Return a temporary tag that is free until the end of the statement."""
+        """Reserve a temporary tag until the end of the statement, and return its name."""
         self._used[data] = self._used.get(data, 0) + 1
         name = f"Temp_{_LETTERS[data]}{self._used[data]}"
         self.temporaries[name] = data
@@ -318,7 +321,7 @@ def wrapped(text: str) -> str:
 
 
 def fold(text: str, bits: int) -> str:
-    """Return the signed number in the lowest bits; `text` is used twice."""
+    """Return the code of the signed number in the lowest bits of `text`, which occurs twice."""
     low, sign = (1 << bits - 1) - 1, 1 << bits - 1
     return f"(({text} AND 16#{low:X}) - ({text} AND 16#{sign:X}))"
 

@@ -50,16 +50,16 @@ __all__ = [
 #: them, so the elements keep their width.
 Images: TypeAlias = Mapping[str, str]
 
-#: The parameter with the result of a function.
+#: Name of the parameter with the result of a function.
 RESULT = "FcResult"
 
 #: Standard blocks, and the instructions that replace them (`blocks`).
 STANDARD_BLOCKS = {name: f"{BLOCKS}{name}" for name in ("TON", "R_TRIG")}
 
-#: The instruction by which a program detects its first scan.
+#: Name of the instruction by which a program detects its first scan.
 FIRST_SCAN = f"{BLOCKS}FirstScan"
 
-#: The comment of a tag with zeros from which others are cleared.
+#: The comment of a tag that is always 0; other tags are cleared by copying it.
 UNWRITTEN = "all 0: nothing may write it"
 
 _NUMBERS = ("SINT", "INT", "DINT", "USINT", "UINT", "UDINT", "BYTE", "WORD", "DWORD", "TIME")
@@ -69,7 +69,7 @@ _LONGEST_STRING = 82
 
 
 class NotCarriedError(Exception):
-    """The error for something without a counterpart in a Logix controller; the message names it.
+    """The error for an element without a counterpart in a Logix controller; the message names it.
 
     Attributes:
         at: Its position; None for the whole declaration.
@@ -118,8 +118,8 @@ class Aoi:
         locals: Its other tags.
         logic: Lines of its routine.
         prescan: Lines that set its tags to their initial values.
-        types: Names of the structures it uses.
-        blocks: Names of the instructions it uses.
+        types: Names of the structures that the instruction uses.
+        blocks: Names of the instructions that the instruction uses.
     """
 
     name: str
@@ -183,7 +183,10 @@ def is_whole(kind: Type) -> bool:
 
 
 def passed(variables: tuple[Variable, ...] | list[t.Symbol]) -> Iterator[Variable | t.Symbol]:
-    """Yield the pins that are arguments of a call, in order: those passed by reference."""
+    """Yield the pins that are arguments of a call, in order.
+
+    These are the VAR_IN_OUT, and inputs and outputs that are structures, arrays or texts.
+    """
     for one in variables:
         outside = one.section in ("VAR_INPUT", "VAR_OUTPUT") and is_whole(one.type)
         if outside or one.section == "VAR_IN_OUT":

@@ -97,7 +97,10 @@ def _document(
 
 
 def _types(sources: Sources, images: Images, lost: list[Missing]) -> dict[str, str]:
-    """Return the elements of the structures; other types are written out where they are used."""
+    """Return the data types for the structures.
+
+    Other types are written out where they are used.
+    """
     found: dict[str, str] = {}
     gone: set[str] = set()
     for part in sources.of("TYPE"):
@@ -117,7 +120,7 @@ def _types(sources: Sources, images: Images, lost: list[Missing]) -> dict[str, s
 
 
 def _begins_anew(part: Part, project: Project) -> Iterator[Missing]:
-    """Yield a report for each block in VAR RETAIN, because Prescan clears it at the start."""
+    """Yield a report for each block in VAR RETAIN, because Prescan resets it at the start."""
     assert isinstance(part.node, s.Pou)
     for section, _, name in declared(part.node.sections):
         kind = project.pous[part.name.upper()].symbols[name.key].type

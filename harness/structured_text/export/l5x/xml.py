@@ -15,7 +15,7 @@ from structured_text.language.types import ElementaryType, StructType
 
 __all__ = ["SOFTWARE", "aoi_element", "data_type", "document", "program_element"]
 
-#: The version of Studio 5000 Logix Designer in the file.
+#: The version of Studio 5000 Logix Designer that the file states.
 SOFTWARE = "33.00"
 
 _LONGEST_DESCRIPTION = 512
@@ -34,7 +34,7 @@ def document(
     """Return the whole file.
 
     `target` is the kind of component to import: Program or AddOnInstructionDefinition. Each AOI
-    stands after those it uses; `rest` are the elements after them.
+    stands behind the AOIs that it uses. `rest` are the elements behind all AOIs.
     """
     head = _opened(
         "RSLogix5000Content",
@@ -66,7 +66,7 @@ def document(
 
 
 def data_type(kind: StructType, header: str, notes: Mapping[str, str], images: Images) -> str:
-    """Return a structure; its BOOLs are bits of hidden SINTs, as in Studio 5000."""
+    """Return a structure; as in Studio 5000, its BOOLs are bits of hidden SINTs."""
     lines = [_opened("DataType", Name=check_name(kind.name), Family="NoFamily", Class="User")]
     lines += [*_described(header.split("\n\n")[0]), "<Members>"]
     used: dict[str, None] = {}
@@ -216,7 +216,7 @@ def _tag(element: str, tag: Tag, blocks: Mapping[str, Aoi]) -> Iterator[str]:
 
 
 def _structure(aoi: Aoi) -> Iterator[str]:
-    """Yield the parameters of an instruction inside another one, with their initial values."""
+    """Yield the members of a nested instruction, with their initial values."""
     yield _opened("Structure", DataType=aoi.name)
     yield '<DataValueMember Name="EnableIn" DataType="BOOL" Value="1"/>'
     yield '<DataValueMember Name="EnableOut" DataType="BOOL" Value="0"/>'

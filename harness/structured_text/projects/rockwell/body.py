@@ -19,7 +19,7 @@ from structured_text.projects.rockwell.expression_reader import (
 __all__ = ["translated"]
 
 _ENDS = ("END_IF", "ELSIF", "ELSE", "END_CASE", "END_FOR", "END_WHILE", "UNTIL", "END_REPEAT", "")
-#: Instructions for texts, and the number of arguments behind the first.
+#: Instructions for texts, with the number of arguments behind the first one.
 _TEXTS = {"MID": 3, "DELETE": 3, "CONCAT": 2, "INSERT": 3}
 _BLOCKS = {"TONR": "FBD_TIMER", "OSRI": "FBD_ONESHOT", "OSFI": "FBD_ONESHOT"}
 
@@ -231,7 +231,7 @@ class _Statements(ExpressionReader):
         return f"{routine}();"
 
     def _instruction(self, token: Token) -> str:
-        """Translate `Block(Instance, a, b)`; the arguments are the required parameters in order."""
+        """Translate `Block(Instance, a, b)`; the arguments are the required parameters."""
         instance, data = self._variable()
         if data.type.upper() != token.word:
             raise self._error(f"{instance} is not a {token.text}", token)
@@ -296,7 +296,7 @@ class _Statements(ExpressionReader):
         return f"{target} := {self._converted(value, kind.type, token)};"
 
     def _place_of(self) -> tuple[str, Data, str]:
-        """Return an array, its type and an index in it; for another tag, the index is 0."""
+        """Return an array, its type and an index; for any other tag, the index is 0."""
         text, data = self._variable(element=False)
         index = "0"
         if data.sizes and self._take("["):

@@ -50,7 +50,7 @@ class Types:
         members: Members of structures, and parameters of instructions.
         strings: Lengths of string types.
         instructions: Add-On Instructions that are read.
-        protected: Add-On Instructions whose source is not in the file.
+        protected: Add-On Instructions with protected source, which the file does not contain.
         arrays: Named types for arrays, collected by `written`.
     """
 

@@ -29,7 +29,7 @@ __all__ = [
     "tokens_of",
 ]
 
-#: Additional variables that translated statements may need.
+#: Names of additional variables that translated statements may need.
 COUNTER, FIRST_SCAN = f"{VARIABLES}Index", f"{VARIABLES}FirstScan"
 
 _TOKEN = re.compile(
@@ -42,7 +42,7 @@ _TOKEN = re.compile(
     """,
     re.VERBOSE | re.DOTALL | re.IGNORECASE,
 )
-#: Enough characters for a LWORD in binary, and for any real.
+#: Greatest length of a number; a LWORD in binary and any real are shorter.
 _LONGEST_NUMBER = 80
 _REALS = ("SQRT", "LN", "LOG", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "EXP")
 _SCALED = {"DEG": "57.2957795", "RAD": "0.0174532925"}
@@ -82,7 +82,7 @@ class Routine:
         tags: Tags of the routine's program or instruction and of the controller, in upper case.
         aliases: Tags that stand for others.
         routines: Routines that JSR can call, in upper case, with their names.
-        needs: Additional declarations: COUNTER, FIRST_SCAN, and names of helper blocks.
+        needs: Additional declarations: COUNTER, FIRST_SCAN, and the names of helper blocks.
     """
 
     file: Path
@@ -94,7 +94,7 @@ class Routine:
 
 
 def plain_tag(name: str) -> str:
-    """Return a name of the standard: `Local:1:I` becomes Local_1_I, a reserved word gets `_1`."""
+    """Return the name of a tag in the standard: Local_1_I for `Local:1:I`, TASK_1 for `TASK`."""
     plain = name.replace(":", "_").lstrip("\\")
     return f"{plain}_1" if plain.upper() in KEYWORDS else plain
 
@@ -223,7 +223,7 @@ class ExpressionReader:
     def _primary(self) -> Value:
         token = self._peek()
         if self._take("("):
-            value = self._value()  # a compound value has brackets already
+            value = self._value()  # a compound value already has parentheses
             self._expect(")")
             return value
         if token.kind == "number":
@@ -354,7 +354,7 @@ class ExpressionReader:
         if given == kind:
             return text
         same = re.fullmatch(rf"{kind}_TO_DINT\(([\w.]+)\)", text)
-        if same:  # it was only widened to DINT, and not used in a calculation
+        if same:  # the value was only widened to DINT, so the conversion back changes nothing
             return same[1]
         if {given, kind} <= set(NUMBERS):
             literal = given == "DINT" and re.fullmatch(r"\d+", text)

@@ -9,7 +9,7 @@ from structured_text.projects.rockwell.data import Data
 __all__ = ["BLOCKS", "HELPERS", "HELPER_MEMBERS"]
 
 #: The instruction TONR. Its first run clears it. A negative preset stops it. ACC counts whole
-#: milliseconds; the remainder counts in the next call. Source: 1756-RM003, TONR.
+#: milliseconds; the rest of the time counts in the next call. Source: 1756-RM003, TONR.
 _TIMER = """\
 FUNCTION_BLOCK FBD_TIMER
   VAR_INPUT RETAIN
@@ -90,7 +90,7 @@ FUNCTION_BLOCK FBD_ONESHOT
   END_IF;
   Before := InputBit;
 END_FUNCTION_BLOCK"""
-#: Tags of ladder instructions; here they are only data.
+#: Tags of ladder instructions, which only hold data here because ladder is not executed.
 _LADDER = {
     "TIMER": {"BOOL": ("EN", "TT", "DN"), "DINT": ("PRE", "ACC")},
     "COUNTER": {"BOOL": ("CU", "CD", "DN", "OV", "UN"), "DINT": ("PRE", "ACC")},
@@ -99,7 +99,7 @@ _LADDER = {
         "DINT": ("LEN", "POS"),
     },
 }
-#: The helper types that are blocks.
+#: Names of the helper types that are blocks.
 BLOCKS = ("FBD_TIMER", "FBD_ONESHOT")
 #: The Structured Text of the helper types, by name.
 HELPERS = {
@@ -112,7 +112,7 @@ HELPERS = {
         for name, members in _LADDER.items()
     },
 }
-#: Their members, in upper case.
+#: The members of the helper types, in upper case.
 HELPER_MEMBERS: dict[str, Mapping[str, Data]] = {
     "FBD_TIMER": {
         **dict.fromkeys(("TIMERENABLE", "RESET", "EN", "TT", "DN"), Data("BOOL")),

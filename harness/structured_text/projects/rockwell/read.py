@@ -38,11 +38,11 @@ _ENABLE = ("ENABLEIN", "ENABLEOUT")
 _PRESCANNED = f"{VARIABLES}Prescanned"
 _JUMPS = re.compile(r"(?:NOP\(\)|JSR\((?P<name>\w+),0\))", re.IGNORECASE)
 
-#: Tags of a module; they start with 0 when its connection is opened.
+#: Kinds of tags of a module that start with 0 when its connection is opened.
 _IMAGES = frozenset(("INPUTAREA", "OUTPUTAREA"))
-#: A statement of a prescan that sets a tag, or an element of a tag.
+#: Matches a statement of a prescan that sets a tag or an element of a tag.
 _CLEARED = re.compile(r"\s*(\w+)(?:\[[^\]]*\])?\s*:=")
-#: The target of an alias: a tag with its members, elements and bits.
+#: Matches the target of an alias: a tag with its members, elements and bits.
 _ALIASED = re.compile(r"(\\?\w+(?::\w+)*)(?:\.\w+|\[\d+(?:,\d+)*\])*")
 _MOST_ALIASES = 50
 #: Largest number of elements in a dimension.
@@ -98,7 +98,7 @@ class _Reader:
     def _know_instruction(self, aoi: Element) -> None:
         parameters = aoi.all("Parameters", "Parameter")
         local = {_key(one): one for one in aoi.all("LocalTags", "LocalTag")}
-        for one in parameters:  # an alias has the type of its local tag
+        for one in parameters:  # an alias has the type of the local tag that it stands for
             target = local.get(plain_tag(one.get("AliasFor")).upper())
             if target is not None and not one.get("DataType"):
                 named = ("DataType", "Dimensions")
@@ -129,7 +129,7 @@ class _Reader:
     def _told_apart(
         self, owner: Element, known: Mapping[str, str]
     ) -> tuple[list[Element], dict[str, str]]:
-        """Return the tags of a controller or program without aliases, and the targets of aliases.
+        """Return the tags of a controller or program without aliases, and the target of each alias.
 
         A tag or alias of a program hides an alias of the controller.
         """
@@ -214,7 +214,7 @@ class _Reader:
     def _section(
         self, word: str, tags: Iterable[Element], cleared: Iterable[str] = ()
     ) -> Iterator[Line]:
-        """Declare tags, as RETAIN except for those in `cleared`.
+        """Declare tags, as RETAIN except for the tags in `cleared`.
 
         An instance is not declared as RETAIN, because its own declarations decide.
         """
@@ -374,7 +374,7 @@ class _Reader:
     # --- initial values -------------------------------------------------------------------
 
     def _initial(self, tag: Element) -> str:
-        """Return the initial value of a tag; empty if it is 0."""
+        """Return the initial value of a tag; empty if all of it is 0."""
         data = self._data(tag)
         if _key_of(tag, "Usage") == "INOUT":
             return ""
@@ -470,7 +470,7 @@ def _number(text: str, data: Data) -> int | float | None:
 
 
 def _aliases(parameters: Iterable[Element], usage: str) -> Iterator[Line]:
-    """Yield the copies between local tags of an instruction and the pins that are their aliases.
+    """Yield the copies between the pins of an instruction and the local tags that they stand for.
 
     An input is copied before the instruction, an output behind it.
     """

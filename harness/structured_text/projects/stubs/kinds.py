@@ -36,7 +36,10 @@ _TYPE_OF_LITERAL = {
 
 
 class Mentions:
-    """The uses of missing names; they are compared as text, because no type is known yet."""
+    """The uses of missing names.
+
+    Names are compared as text, because the types are not known yet.
+    """
 
     def __init__(self, sources: Iterable[s.Source]) -> None:
         self._types: dict[str, set[str]] = {}
@@ -112,7 +115,7 @@ class Mentions:
         return stub
 
     def _start(self, stub: Stub) -> None:
-        """Give a block the method that gets the arguments of its declarations."""
+        """Add the `INIT` method that takes the arguments in declarations of a block."""
         for arguments in self._started.get(stub.name.upper(), ()):
             method = stub.method(INIT)
             method.used = True
@@ -151,7 +154,7 @@ class Mentions:
         return Stub(name, STRUCT if _STRUCT_NAME.match(name) else ALIAS)
 
     def name_stub(self, name: str) -> Stub:
-        """Return the stub of an undeclared name before a dot: an enumeration, or a global list."""
+        """Return the stub of an undeclared name before a dot: an enumeration or a global list."""
         stub = Stub(name, ENUM if name.upper() in self._types else LIST)
         for member, kind in self._values.get(name.upper(), ()):
             stub.output(member.text).note(kind if stub.kind == LIST else "", given=False)
@@ -162,7 +165,7 @@ class Mentions:
         return bool(self._members.get(name.upper()))
 
     def is_called(self, name: str) -> bool:
-        """Return whether the program calls something of this name."""
+        """Return whether the program uses members of this name."""
         return name.upper() in self._functions
 
     def function_stub(self, name: str) -> Stub:
@@ -175,7 +178,7 @@ class Mentions:
 
 
 def _structures(value: object) -> Iterator[s.StructInit]:
-    """Yield the initial values of a structure, or of the elements of an array of structures."""
+    """Yield the values of a structure, or of the structures in an array."""
     if isinstance(value, s.StructInit):
         yield value
     elif isinstance(value, s.ArrayInit):

@@ -1,4 +1,4 @@
-"""An interface that is inferred from its use, and its Structured Text."""
+"""The interface of a missing element, inferred from its uses, and its text."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ __all__ = [
 BLOCK, FUNCTION, STRUCT, ENUM = "FUNCTION_BLOCK", "FUNCTION", "STRUCT", "ENUM"
 INTERFACE, ALIAS, LIST, NAMESPACE = "INTERFACE", "ALIAS", "LIST", "NAMESPACE"
 CONSTANT = "CONSTANT"
-#: Numeric types from the narrowest to the widest, as far as one holds the values of another.
+#: Integers, and integers with bit strings, from the narrowest to the widest type.
 _INTEGERS = tuple(sorted(ANY_INT, key=WIDTH.__getitem__))
 _NUMBERS = tuple(sorted((*ANY_INT, *ANY_BIT[1:]), key=WIDTH.__getitem__))
 #: The key of an argument without a name.
@@ -64,9 +64,9 @@ _BY_NAME = (
 _FLAGS = re.compile(
     r"Execute|Enabled?|Done|Busy|Active|Error|Valid|CommandAborted|Q|In[A-Z]\w+|Is[A-Z]\w+|Has[A-Z]\w+"
 )
-#: The type of an input that gets values of several types.
+#: The type of an input that gets values of unrelated types.
 ANY = "ANY"
-#: The type if nothing is known.
+#: The type if no use shows one.
 _UNKNOWN = "DINT"
 
 
@@ -90,7 +90,7 @@ def type_text(kind: Type | None) -> str:
 class Pin:
     """A parameter, field or member, with the types of the values that it is used with.
 
-    `place` is the place of a parameter, if a call with unnamed arguments shows it; else 0.
+    `place` is the number of a parameter from 1, if a call with unnamed arguments shows it, else 0.
     """
 
     name: str
@@ -99,7 +99,7 @@ class Pin:
     wanted: list[str] = field(default_factory=list)
 
     def note(self, kind: str, *, given: bool) -> None:
-        """Note the type of a value that is given to it, or that a place requires of it."""
+        """Note the type of a value that the pin gets (`given`), or that the context requires."""
         known = self.given if given else self.wanted
         if kind and kind not in known:
             known.append(kind)
@@ -136,13 +136,13 @@ class Pin:
 
 
 def _number(key: str) -> int:
-    """Return the place of an argument without a name, by its key; 0 for a name."""
+    """Return the number of an unnamed argument from its key; 0 for a name."""
     found = _POSITION.fullmatch(key)
     return int(found[1]) if found else 0
 
 
 def _by_name(name: str) -> str:
-    """Return the type that the name suggests."""
+    """Return the type that the prefix of a name suggests."""
     if _FLAGS.fullmatch(name):
         return "BOOL"
     for begin, kind in _BY_NAME:
@@ -158,13 +158,15 @@ class Stub:
     Attributes:
         kind: One of the constants of this module, or METHOD.
         inputs: VAR_INPUT of a block, function or method.
-        outputs: VAR_OUTPUT; fields of a structure, members of an enumeration, variables of a list.
+        outputs: VAR_OUTPUT of a block, fields of a structure, members of an enumeration or
+            variables of a list.
         in_outs: VAR_IN_OUT.
         methods: The methods of a block or interface.
         result: The result of a function or method, or the value of a constant.
-        used: Whether the result is needed.
+        used: Whether the program uses the result.
         base: The type of an alias.
-        number: The value of a constant; several constants may be labels of a CASE.
+        number: The value of a constant. Constants have different values, because they may be labels
+            of one CASE.
     """
 
     name: str

@@ -34,7 +34,7 @@ from structured_text.projects.stubs.model import (
 
 __all__ = ["Uses"]
 
-#: The bounds of an array if only uses of its elements are known.
+#: The bounds of an array for which only uses of elements are known.
 _BOUNDS = "0..255"
 _LITERALS = {"INTEGER": "", "REALNUM": "LREAL", "STRING": "STRING(255)", "BOOLEAN": "BOOL"}
 _OPERATOR = re.compile(
@@ -145,7 +145,7 @@ class Uses:
             self._written(node, "")
 
     def _argument(self, stub: Stub, one: s.Argument, number: int) -> Pin | None:
-        """Note an argument of a call of a stub; return its pin if it is an input."""
+        """Note an argument in a call of a stub; return the pin if the argument is an input."""
         name = one.name.text if one.name is not None else f"P{number}"
         if one.output:
             stub.output(name).note(self._text(one.value), given=False)
@@ -166,7 +166,8 @@ class Uses:
             if found is not None and not self._known(callee):
                 if self._above is None or found.kind != FUNCTION or libraries_of(callee.key):
                     return found
-                del self._stubs[callee.key]  # more likely it is a method of the base block
+                # a method of the base block is more likely than a function
+                del self._stubs[callee.key]
                 return self._above.method(callee.text)
             if self._known(callee):
                 kind = self._infer(callee)
@@ -245,7 +246,7 @@ class Uses:
             self._above.output(node.text).note(want, given=False)
 
     def _inside(self, node: s.Index | s.Dereference, kind: str) -> None:
-        """Note the array or pointer whose element or target has a type."""
+        """Note an array or pointer, given the type of its element or target."""
         if isinstance(node, s.Dereference):
             self._read(node.base, f"POINTER TO {kind or 'BYTE'}")
             return
@@ -293,7 +294,7 @@ class Uses:
         return None
 
     def _owner(self, base: s.Expression, member: str, nested: str = STRUCT) -> Stub | None:
-        """Return the stub that a member belongs to; a base block, if the block lacks the member."""
+        """Return the stub that declares a member of a variable; it may be a missing base block."""
         if isinstance(base, s.Name) and not self._known(base):
             found = self._stubs.get(base.key)
             if found is not None and found.kind in (ENUM, LIST):

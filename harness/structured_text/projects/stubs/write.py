@@ -1,4 +1,4 @@
-"""Interface stubs for the names that sources miss."""
+"""Interface stubs for the names that are missing in the sources."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ _CONSTANT = re.compile(r"[A-Z][A-Z0-9_]{2,}")
 
 @dataclass(frozen=True)
 class Stubs:
-    """The interfaces that sources miss.
+    """The interfaces of the names that are missing in the sources.
 
     Attributes:
         texts: The text of each file by its name.
-        errors: The errors of the sources together with them.
+        errors: The errors of the sources if they are checked together with the stubs.
     """
 
     texts: dict[str, str]
@@ -50,7 +50,7 @@ class Stubs:
 def infer_stubs(
     paths: Sequence[Path], libraries: Sequence[Library], declared: frozenset[str]
 ) -> Stubs:
-    """Return interfaces for the names that sources miss, as far as their use shows them.
+    """Return interfaces for names that are missing in the sources, as far as their use shows them.
 
     `libraries` are those that a project refers to. `declared` are names of the project: errors in
     their declarations are not missing names.

@@ -22,7 +22,7 @@ from structured_text.testing.suites.test_files import TestFiles
 
 __all__ = ["Framework"]
 
-#: Comments and texts, in which a name is not a qualifier.
+#: Comments and texts. A name in them is not a namespace.
 _APART = r"\(\*.*?(?:\*\)|\Z)|//[^\n]*|/\*.*?(?:\*/|\Z)|'(?:\$.|[^$'\n])*'|\"(?:\$.|[^$\"\n])*\""
 _CONFIGURATION = re.compile(r"\bCONFIGURATION\b", re.IGNORECASE)
 _PROGRAM = re.compile(r"\bPROGRAM\s+(\w+)(.*?)\bEND_PROGRAM\b", re.IGNORECASE | re.DOTALL)
@@ -41,14 +41,16 @@ class Framework:
             the actual value, and the message.
         selected: The function that returns whether a test of the current suite is to run.
         suites: The global array of pointers to the suites.
-        count: The global variable with their number.
-        current: The global variable with the number of the suite that is called; 0: none.
+        count: The global variable with the number of suites.
+        current: The global variable with the number of the suite that is called; 0 if none is
+            called.
         started: The global variable that is TRUE after the first call of one of `run`.
         done: The global variable that is TRUE when all suites have finished.
         aborted: The global variable that is TRUE when a wrong call has ended the run.
         call: The function that calls a suite; FALSE if the suite has failed at run time.
         tests: The array of a suite with its tests, which have `Name` and `Skipped`.
-        test: The global variable with the number of the test that is called; 0: none yet.
+        test: The global variable with the number of the test that is called; 0 before the first
+            test.
         failed: The global variable that ends the current test after an error at run time.
         case: The function block that the tests of TEST files extend.
         words: The names that the tests of TEST files use, see `test_files.TestFiles`.
@@ -75,7 +77,7 @@ class Framework:
 
     @cached_property
     def files(self) -> frozenset[str]:
-        """Return the paths of its files; statements in them belong to no test."""
+        """Return the paths of the framework's files; their statements belong to no test."""
         return frozenset(str(real(file)) for file in st_files(self.folder))
 
     def added_to(self, files: SourceFiles) -> tuple[SourceFiles, dict[str, str]]:
@@ -124,7 +126,7 @@ class Framework:
         try:
             text = source_text(file)
         except InputError:
-            return file  # the parser reports it, with its place
+            return file  # the parser reports the error with its position
         qualifier = rf"{_APART}|(?<![\w.#])({self.namespace}\s*\.)(?=\s*[^\W\d])"
         plain = re.sub(
             qualifier,

@@ -15,7 +15,7 @@ from structured_text.testing.suites.results import Case, Results, Suite
 
 __all__ = ["check_junit", "junit_xml"]
 
-#: Head of each file, in which an element of this name must be.
+#: Length of the head of a file in which the root element of JUnit XML must be.
 _HEAD, _ROOT = 200, b"<testsuite"
 
 #: Characters that XML 1.0 does not allow.

@@ -1,4 +1,7 @@
-"""Time and mocks for the tests of TEST files: the effects of their statements on the program."""
+"""Time and mocks for the tests of TEST files.
+
+The generated tests call functions of the framework, which this module answers.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +49,7 @@ class Mocks:
         self._calls.clear()
 
     def advance(self, text: str) -> bool:
-        """Let time pass: nanoseconds, or a duration."""
+        """Advance the time by a number of nanoseconds or a duration."""
         if re.fullmatch(r"[0-9]+", text):
             self._program.advance(int(text))
         else:
@@ -69,7 +72,7 @@ class Mocks:
         self._calls[place] += 1
 
     def calls(self, name: str) -> int:
-        """Return the number of calls of a mocked instance (InputError: it is not mocked)."""
+        """Return the number of calls of a mocked instance; raise InputError if it is not mocked."""
         found = self._calls.get(id(self._program.holder(f"{self.path()}.{name}")))
         if found is None:
             raise InputError(f"MOCK_VERIFY: {name} is not mocked", hint=f"write MOCK {name}; first")

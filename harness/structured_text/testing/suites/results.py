@@ -55,9 +55,9 @@ class Case:
         name: Its name.
         place: The statement that began it; None if it is unknown.
         began_us: Virtual time at which it began [us].
-        ended_us: Virtual time at which it finished [us]; None: it has not.
+        ended_us: Virtual time at which it finished [us]; None if it has not finished.
         asserts: Number of asserts that counted.
-        failures: The failed ones, and an error that ended the test.
+        failures: The failed asserts, and an error that ended the test.
         skipped: Whether it is disabled.
     """
 

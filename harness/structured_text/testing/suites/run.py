@@ -21,16 +21,16 @@ from structured_text.testing.suites.results import Case, Failure, Place, Results
 
 __all__ = ["LONGEST", "run_suites"]
 
-#: Default virtual time after which suites that have not finished are given up.
+#: Default virtual time after which the run ends although some suites have not finished.
 LONGEST = "10m"
 
 #: Number of scans in which a program has to call its suites for the first time.
 _FIRST_SCANS = 100
-#: Name of the test of asserts before the first test of a suite.
+#: Name of the test for asserts that a suite makes before its first test.
 _NO_TEST = "(before the first test)"
-#: Name of the test of an error that no test of its suite has caused.
+#: Name of the test for errors of a suite that occur outside its tests.
 _OUTSIDE = "(outside of the tests)"
-#: Number of failures of a test that are recorded; an assert in a loop may give many.
+#: Number of failures of a test that are recorded. A test in a loop may fail without limit.
 _MOST_FAILURES = 100
 #: Number of messages of the program that are recorded.
 _MOST_MESSAGES = 1000
@@ -51,7 +51,7 @@ def run_suites(
         files: The sources of the program, without those of the framework.
         framework: The framework of its suites.
         scan: Period of the scan; default: the configuration's tick, or 10 ms.
-        longest: Virtual time after which suites that have not finished are given up.
+        longest: Virtual time after which the run ends although some suites have not finished.
         only: Names of tests, suites, or `suite.test`, with `*`; only these tests run.
         progress: Called with the share of finished suites, from 0 to 1.
 
@@ -85,7 +85,7 @@ def run_suites(
 
 @dataclass
 class _Seen:
-    """Repetitions of a failure: number in the last cycle, and the most in one cycle."""
+    """Repetitions of a failure: the number in the last cycle, and the most in any cycle."""
 
     cycle: int = 0
     number: int = 0
@@ -127,7 +127,10 @@ class _Run:
         self._flags = self.program.reader([names.done, names.aborted, names.started])
 
     def _name(self, path: str) -> str:
-        """Return the path of a suite; a program without a configuration has its own name."""
+        """Return the shown path of a suite.
+
+        Without a configuration, the path begins with the name of the program.
+        """
         instances = self.program.instances()
         root, _, rest = path.partition(".")
         shown = self.titles.get(f"{instances[root].name}.{rest}" if root in instances else path)
@@ -146,7 +149,7 @@ class _Run:
     # --- the scans ---
 
     def until(self, limit_us: int, progress: Callable[[float], None]) -> None:
-        """Scan until all suites have finished, something ends the run, or the time is over."""
+        """Run scans until all suites have finished, something ends the run, or the time is over."""
         bench, results = self.bench, self.results
         while True:
             try:
@@ -179,7 +182,7 @@ class _Run:
                 progress(bench.now_us / limit_us)
 
     def _broken(self, error: InputError) -> None:
-        """Record an error at run time outside of the suites, which ends the run."""
+        """End the run because of an error at run time outside the suites."""
         self.results.ended = f"the program has ended with an error: {error}"
 
     def check_selection(self) -> None:
@@ -237,7 +240,10 @@ class _Run:
     # --- errors at run time ---
 
     def suite_called(self, name: str, first: Any, call: Callable[[], Any]) -> Any:
-        """Run the call of a suite; an error ends this suite, and is one of its current test."""
+        """Run the call of a suite.
+
+        An error ends this suite, and is recorded for the current test.
+        """
         self._begun_in_method = 0
         try:
             return call()
@@ -257,7 +263,7 @@ class _Run:
         """Run a method of a suite; an error ends its test, and the method is not called again."""
         key = id(instance), name
         if (number := self._ended.get(key)) is not None:
-            if number:  # asserts behind the call belong to its test, too
+            if number:  # asserts behind the call also belong to the failed test
                 self.program.write(self.framework.test, number)
                 self.program.write(self.framework.failed, True)
             return False
@@ -282,7 +288,7 @@ class _Run:
                 self._begun_in_method = self._test()[0]
 
     def _erring(self) -> Case | None:
-        """Return the test that is called; None if there is none, or if it is not to run."""
+        """Return the test that is called; None if there is none or the test is not selected."""
         number: int = self._test()[0]
         if not number:
             return None
@@ -301,7 +307,7 @@ class _Run:
         self.end_of_test()
 
     def _fail(self, test: Case, expected: str, actual: str, message: str) -> None:
-        """Record a failed assert, unless it is the repetition of one of an earlier cycle."""
+        """Record a failed assert, unless the same assert has failed in an earlier cycle."""
         failure = Failure(self._place(), message, expected, actual, self.bench.now_us)
         key = id(test), failure.place, expected, actual, message
         seen = self._seen.setdefault(key, _Seen())
@@ -327,7 +333,7 @@ class _Run:
         return str(self._paths[number - 1])
 
     def _place(self) -> Place | None:
-        """Return the innermost running statement that is not one of the framework."""
+        """Return the file and line of the innermost running statement outside the framework."""
         for file, line in self.program.running():
             if str(real(file)) not in self.framework.files:
                 return Place(str(file), line)

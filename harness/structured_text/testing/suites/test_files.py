@@ -41,7 +41,7 @@ _PREFIX = "unittest_"
 
 
 def is_test_file(file: Path) -> bool:
-    """Return whether a source is a file with TEST blocks."""
+    """Return whether a source is a file with unit tests of STruC++ (TEST blocks)."""
     try:
         return bool(_TEST.search(without_comments(source_text(file))))
     except InputError:
@@ -84,7 +84,7 @@ class TestFiles:
         """Return all sources with translated tests, and the title of each instance of a test.
 
         Raises:
-            InputError: a test file with an error.
+            InputError: A test file has an error.
         """
         word = _Words(self.case, **self.words)
         tests = [file for file in own if is_test_file(file)]
@@ -146,7 +146,7 @@ class _File:
             yield self._case(name, start, setup, parts, teardown)
 
     def _parts(self, start: int, end: int) -> tuple[str, int, str, int]:
-        """Return the declarations of a part and its statements, each with its place."""
+        """Return the declarations and the statements of a part, each with its offset."""
         place = start
         while (found := _VARS.match(self._code, place, end)) is not None:
             place = found.end()
@@ -182,7 +182,7 @@ class _File:
     # --- statements ---
 
     def _statements(self, text: str, start: int, more: list[str]) -> str:
-        """Return statements with asserts and mocks in the words of the framework."""
+        """Return statements in which asserts and mocks use the framework's names."""
         word, made, place = self._word, "", 0
         code = _blanked(text)
         while True:
@@ -324,7 +324,7 @@ def _blanked(text: str) -> str:
 
 
 def _end(code: str, start: int, closed: str) -> int:
-    """Return the place of the bracket or semicolon that ends an argument list; -1 without it."""
+    """Return the offset of the bracket or semicolon that ends an argument list; -1 without it."""
     depth = 0
     for place in range(start, len(code)):
         letter = code[place]
@@ -346,11 +346,11 @@ def _split(text: str) -> list[str]:
 
 
 def _plain(text: str) -> str:
-    """Return the content of a text."""
+    """Return the content of a string literal."""
     return text[1:-1] if text[:1] in ("'", '"') else text
 
 
 def _quoted(text: str) -> str:
-    """Return a text as Structured Text writes it."""
+    """Return a text as a string literal."""
     plain = " ".join(text.split())
     return "'" + plain.replace("$", "$$").replace("'", "$'") + "'"

@@ -54,7 +54,10 @@ def _counted(number: int, what: str) -> str:
 
 
 def _where(place: Place | None) -> str:
-    """Return a place with a path relative to the working directory where it is inside."""
+    """Return file and line of a place.
+
+    The path is relative if the file is below the working directory.
+    """
     if place is None:
         return "?"
     file = Path(place.file)

@@ -34,7 +34,7 @@ class Probe:
         files: Its ST files.
         scans: Number of scans.
         scan_us: Time from scan to scan, microseconds.
-        writes: Values by path, by the number of the scan before which they are written.
+        writes: For each scan number, the values (by path) to write before that scan.
     """
 
     name: str

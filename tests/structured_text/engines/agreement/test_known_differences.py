@@ -1,4 +1,4 @@
-"""matiec differs from the standard in known points, in which the built-in engine follows it.
+"""matiec differs from the standard in known points. The built-in engine follows the standard.
 
 The library and the probes avoid these points. A program that uses them behaves differently on the
 two engines.

@@ -1,4 +1,4 @@
-"""Access to a running program from outside: paths, bytes, snapshots, tasks, instances."""
+"""A running program is read and written from outside: paths, bytes, snapshots, tasks, instances."""
 
 from __future__ import annotations
 

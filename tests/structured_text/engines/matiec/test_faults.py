@@ -107,7 +107,7 @@ AFFECTED = {
         Row("C : CTU; V : BOOL;", f"{_TWICE} C(PV := 2); V := C.Q;", True),
         Row("C : CTU; V : BOOL;", "C(CU := TRUE); C(CU := FALSE, PV := 1); V := C.Q;", True),
         Row("C : CTU; V : BOOL;", f"{_TWICE} C.PV := 2; C(CU := FALSE); V := C.Q;", True),
-        # Not reset by its Q in one of the calls; a PV of 0 sets Q only after the first call.
+        # In the first call, Q is FALSE and does not reset the counter, even with a PV of 0.
         Row("C : CTU; V : INT;",
             f"C(CU := TRUE, R := C.Q, PV := 1); C(CU := FALSE); {_AGAIN} V := C.CV;", 2),
         Row("C : CTU; V : INT;", "C(CU := TRUE, R := C.Q, PV := 0); V := C.CV;", 1),

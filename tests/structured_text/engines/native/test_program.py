@@ -256,7 +256,7 @@ def test_two_programs_have_globals_of_the_same_name_each_for_itself(compiled: Co
 
 
 def test_a_snapshot_of_another_program_is_refused(compiled: Compile) -> None:
-    with pytest.raises(InputError, match="of another program"):
+    with pytest.raises(InputError, match="belongs to another program"):
         compiled(COUNTING).restore(compiled(TASKS).snapshot())
 
 

@@ -138,7 +138,7 @@ def test_a_mistake_in_a_declaration_is_one_message(
 
 
 def test_what_follows_a_missing_end_is_checked_too(mistakes_of: Errors) -> None:
-    """Both groups are reported, and the next POU is read.
+    """The FOR and the IF without an end are reported, and the next POU is read.
 
     Source: by hand.
     """

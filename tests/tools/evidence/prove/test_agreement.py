@@ -109,7 +109,7 @@ def test_a_wrong_translation_is_found_on_matiec(
 def test_a_fault_that_only_one_side_has_is_found(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Both sides stop in nearly every scan, because only 4 of 65536 indices are legal."""
+    """Engine and translation stop in nearly every scan: only 4 of 65536 indices are legal."""
     subject = _tried(tmp_path, "N[B] := A;")
     outcome = agree(subject, "FB_TRIED", 20)
     assert outcome.disagreement == ""

@@ -30,7 +30,7 @@ def test_a_number_is_converted_only_where_an_integer_can_hold_it(tmp_path: Path)
 
 @pytest.mark.parametrize("compared", [z3.fpLT, z3.fpLEQ, z3.fpGT, z3.fpGEQ])
 def test_a_limit_of_what_was_scaled_is_one_of_the_pattern(compared: Any) -> None:
-    """A comparison with the scaled number changes at the same pattern as the exact product."""
+    """A comparison of half a number with 3.0 becomes a comparison of the number with 6.0."""
     pattern = z3.BitVec("pattern", 32)
     number = z3.fpFPToFP(z3.RNE(), z3.fpBVToFP(pattern, z3.Float32()), z3.Float64())
     half = z3.fpMul(z3.RNE(), number, z3.FPVal(0.5, z3.Float64()))
@@ -40,7 +40,7 @@ def test_a_limit_of_what_was_scaled_is_one_of_the_pattern(compared: Any) -> None
 
 
 def test_a_limit_that_is_no_literal_stays() -> None:
-    """The limit is not known, so the comparison does not change."""
+    """A comparison with an unknown limit is not replaced."""
     pattern, limit = z3.BitVec("pattern", 32), z3.FP("limit", z3.Float64())
     number = z3.fpFPToFP(z3.RNE(), z3.fpBVToFP(pattern, z3.Float32()), z3.Float64())
     assert exactly(number < limit).eq(number < limit)

@@ -1,4 +1,4 @@
-"""The proof of the telegrams: its second reading, a small part of it, and bugs that it detects."""
+"""The telegrams are proved legal: the second reading, a small part, and bugs that are detected."""
 
 from __future__ import annotations
 
@@ -57,7 +57,9 @@ def test_each_worked_example_is_legal() -> None:
 
 @pytest.mark.exhaustive
 def test_a_bit_more_or_less_in_an_example_is_legal_where_the_second_reading_says_so() -> None:
-    """In each example, one changed bit makes it illegal, and another one does not, if there is any.
+    """In each example, one bit is changed so that the telegram becomes illegal.
+
+    Another bit is changed so that the telegram stays legal, if there is such a bit.
 
     Source: remote command guide 4.2.1 to 4.9.3, the tables of the commands.
     """
