@@ -360,7 +360,7 @@ def test_a_connection_is_closed_by_its_triad_whatever_the_path(bench: Any, path:
 def test_a_refused_forward_close_leaves_the_connection(
     bench: Any, request_: str, peer: str, reply: bytes
 ) -> None:
-    """Another triad gets 0x107, another machine gets 0x0F."""
+    """A wrong triad gets extended status 0x107, another machine gets status 0x0F."""
     bench.ask(forward_open())
     assert bench.ask(request_, origin(peer)) == reply
     assert bench.device.connections.is_owned
