@@ -7,7 +7,8 @@ import pytest
 from both_engines import ENGINES
 from command_bench import bench_of
 
-#: Patterns in the tables. Only 4.3.1, for a definition, explains the others, which mean 0.
+#: Patterns in the tables. Only section 4.3.1, for a definition, explains the other patterns: they
+#: mean 0.
 _LISTED = {0b0000: 0, 0b0001: 1, 0b1111: -1}
 
 

@@ -1,7 +1,7 @@
 """Each command block agrees with its pins in spec/blocks.toml.
 
-The test is the controller. It reads the pins' meaning directly from the tables, without the
-generator (tests/support/block_pins and block_answers). Telegrams are decoded with
+The test plays the controller. It reads the meaning of the pins directly from the tables, without
+the generator (tests/support/block_pins and block_answers). Telegrams are decoded with
 spec/remote_commands.toml, which the guide's own examples confirm (test_worked_examples.py).
 """
 
@@ -26,12 +26,12 @@ pytestmark = [
     pytest.mark.parametrize("engine", ENGINES, scope="module"),
     pytest.mark.parametrize("name", list(BLOCKS), scope="module"),
 ]
-#: The quick tier keeps every second block in the tests that take the most time.
+#: In the tests that take the most time, the quick tier only uses every second block.
 _SOME = pytest.mark.exhaustive(but=[f"builtin-{name}" for name in list(BLOCKS)[::2]])
 
 _NOTHING = [0] * WORDS
 
-#: Values that no pin can reach, with the reason.
+#: Field values that no pin can select, with the reason.
 _UNREACHABLE = {
     "hand": {3: "none, as 0"},
     "data_number": {63: "several data at once", 15: "several data at once"},
@@ -248,7 +248,7 @@ def test_the_inputs_are_sampled_on_the_rising_edge(
 def test_the_outputs_show_the_response(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
-    """The inputs have changed by then. The outputs stay until the next end."""
+    """The inputs change before the end without effect. The outputs stay until the next end."""
     block = reading.block
     before = blank(block)
     for pins in _draws(reading, chance, 40):
@@ -333,7 +333,10 @@ def test_the_inputs_are_encoded_once_by_the_rising_edge_alone(
 def test_an_edge_right_after_the_end_is_shown_is_taken(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
-    """Execute falls before the end, which is shown for one scan, and rises in the next call."""
+    """Execute falls before the end and rises again in the call after the end.
+
+    The end is shown for one scan.
+    """
     first = reading.draw(chance)
     other = _another(reading, chance, first)
     plc.send(first)
@@ -347,7 +350,7 @@ def test_an_edge_right_after_the_end_is_shown_is_taken(
 
 
 def _held(plc: CommandBench) -> Pins:
-    """Return the values that a block stores at the edge or passes to its job."""
+    """Return the values that a block stores at the edge, or that it passes to its job."""
     kind = plc.program.type_of(f"Main.{plc.instance}")
     assert isinstance(kind, BlockType)
     own = [one.name for one in kind.variables if one.section == "VAR"]

@@ -111,7 +111,7 @@ def test_a_direct_speed_of_less_than_a_hundredth_of_a_percent_is_refused(name: s
 
 @pytest.mark.parametrize("name", ["FB_AssignValue"])
 def test_a_real_that_does_not_count_is_not_looked_at(name: str) -> None:
-    """Source: remote command guide 4.4.1: SGI0 to SGI31 take integers."""
+    """The pin for a REAL has no effect. Source: guide 4.4.1: SGI0 to SGI31 contain integers."""
     plc = bench_of(name, "builtin")
     words = plc.exchange({"Variable1": 3, "ValueInteger": 70000, "ValueReal": inf})
     assert words[2:6] == [3, 0, 0x1170, 1]

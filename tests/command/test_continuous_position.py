@@ -20,7 +20,7 @@ def _reading(plc: PlcBench, **pins: object) -> None:
 
 
 def test_the_continuous_output_mode_is_enabled_in_bit_0() -> None:
-    """Source: remote command guide 4.7.4: 0xR505, bit 0 of n+2."""
+    """Source: remote command guide 4.7.4: code 0xR505 (R is the robot number), bit 0 of n+2."""
     plc = jog_plc()
     _reading(plc, RobotNumber=3)
     assert plc.words == [0x3505, 0x0001, *[0] * 14]

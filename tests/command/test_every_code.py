@@ -22,7 +22,8 @@ def _blocks(command: Command) -> list[str]:
     return [name for name, block in library().blocks.items() if command in block.commands]
 
 
-#: The codes in the lists of the guide, by category. Section 4.2.20 corrects those of motor power.
+#: The codes in the lists of the guide, by category. Section 4.2.20 corrects the codes of motor
+#: power in its list.
 _CODES = {
     1: "001 002 003 004 006 007 009 00A 00E 00F 010 012 013 014 016 017 018 019 020 021 022 024 "
     "025 026 027 028 030 031 032 033 034 035 036 038 039 03A 03B 03C 03D 041 042 043 044 045 048 "

@@ -74,7 +74,7 @@ def test_each_member_goes_out_as_the_manual_has_it(block: Pins) -> None:
     assert not wrong, "\n".join(wrong)
 
 
-#: Members that some commands do not have, in the words of the manual's tables.
+#: Members that some commands do not have, with the words of the manual's tables.
 _MISSING_MEMBERS = {
     "SPEED_MM_S": "speed set in mm/s: linear and circular interpolation only",
     "PORT_DI": "an input cannot be assigned",
@@ -98,7 +98,7 @@ def test_no_member_is_refused_but_those_that_the_commands_table_lacks() -> None:
 
 @every_block_of_the_reading
 def test_robots_and_defaults_go_out_as_the_manual_has_them(block: Pins) -> None:
-    """Bits 15 to 12 of n have the robot number if the table has a robot.
+    """If the table contains a robot, bits 15 to 12 of n contain its number.
 
     Other pins have their defaults.
 

@@ -17,7 +17,7 @@ def test_a_jog_waits_for_its_turn() -> None:
 
 
 def test_a_command_that_waits_goes_out_only_when_si06_is_back() -> None:
-    """While SI(06) is OFF, a movement would end with alarm 12.400."""
+    """While SI(06) is OFF, the controller would end a movement with alarm 12.400."""
     plc = jog_plc()
     jogging(plc)
     plc["First.Code"], plc["First.Execute"] = 0x0001, True
@@ -40,7 +40,7 @@ def test_a_command_is_not_held_back_where_the_stop_stays() -> None:
 
 
 def test_while_a_program_stop_holds_si06_the_next_command_does_not_wait_for_it() -> None:
-    """While a program stop holds SI(06) OFF, the next command does not wait for SI(06)."""
+    """While a program stop holds SI(06) OFF, the next command does not wait until SI(06) is ON."""
     plc = jog_plc()
     jogging(plc)
     plc["Robot.Inner.HoldStop"] = True

@@ -20,7 +20,10 @@ def _compiled(block: str) -> Alone:
 
 
 def _value(address: int) -> int:
-    """Return the value of the word at an even address. Some are negative as INT."""
+    """Return the value of the word at an even address.
+
+    Some values are negative if they are read as INT.
+    """
     return (address * 0x4D1 + 0x3A7) % 65536
 
 
@@ -55,7 +58,7 @@ def test_without_a_connection_there_is_no_value(block: Alone) -> None:
 
 @pytest.mark.parametrize(("name", "error"), [("FB_RealTimeValue", 0), (_BLOCKS[1], 0x8032)])
 def test_an_odd_offset_is_for_images_of_bytes_only(name: str, error: int) -> None:
-    """Source: manual chapter 1, 4.1: words stand at even addresses of the area."""
+    """Source: manual chapter 1, 4.1: words are at even addresses of the area."""
     alone = _compiled(name)
     alone.restart()
     alone["Robot.Connected"], alone["Block.m"] = True, 1

@@ -14,7 +14,8 @@ from structured_text.engines.base import Program
 
 PROGRAM = ROOT / "tests/data/library/Texts.st"
 
-#: Edges of the format: smallest and largest denormal and normal numbers, 1, and neighbours.
+#: Edges of the format: the smallest and largest denormal and normal numbers, 1, and their
+#: neighbours.
 PATTERNS = [
     0x00000000, 0x00000001, 0x00000002, 0x007FFFFF, 0x00800000, 0x00800001, 0x3F7FFFFF,
     0x3F800000, 0x3F800001, 0x4B000000, 0x4AFFFFFF, 0x4B7FFFFF, 0x4B800000, 0x4F000000,

@@ -1,7 +1,8 @@
-"""Every command block runs at random with FB_RemoteCommand, compared with a second reading.
+"""Every command block runs at random beside FB_RemoteCommand, compared with a second reading.
 
-The test is the controller: it answers in every order, and disappears. Each scan of both blocks, and
-the data on the wire, must follow the rules of tests/support.
+"Second reading" is an independent implementation of the rules in tests/support. The test plays the
+controller: it answers in any order, and disappears at times. Each scan of both blocks, and the data
+on the wire, must follow the rules of tests/support.
 """
 
 from __future__ import annotations
@@ -23,10 +24,11 @@ _SCAN_MS, _SPACING_MS = 40, 120
 _SCANS = 300
 _SHOWN = ("Done", "Busy", "Active", "Error", "ErrorID", "AlarmGroup", "AlarmCategory")
 _LIMITS_MS = (0, 80, 200, 480)
-#: Code and first data word of the other block. The second command does not end by itself; the last
-#: is empty.
+#: Code and first data word of the other block's commands. The second command does not end by
+#: itself; the last row is no command.
 _TELEGRAMS = ((0x0501, 0x0000), (0x1506, 0x0001), (0x1505, 0x0000), (0x0000, 0x0000))
-#: Statuses that may follow a status while a code is on the wire; most likely the same status.
+#: Statuses that may follow a status while a code is on the wire. The same status is the most likely
+#: one.
 _FOLLOWS = {
     0x0000: (0x0000, 0x0000, 0x0100, 0x0100, 0x0200, 0x4000),
     0x0100: (0x0100, 0x0100, 0x0100, 0x0200, 0x4000, 0x0000),
@@ -36,7 +38,7 @@ _FOLLOWS = {
 
 
 class _Beside:
-    """The bench, and the second reading of its rules."""
+    """The bench, and the second reading of the rules for its blocks."""
 
     def __init__(self, bench: CommandBench, name: str) -> None:
         self.chance = Random(name)
@@ -72,7 +74,7 @@ class _Beside:
                 self._put(part, "Execute", False)
             self.calls[part] = self.often(0.98 if self.calls[part] else 0.4)
         if self.rules["block"].busy and not self.rules["block"].execute and self.often(0.1):
-            self.rules["block"].execute = True  # ignored while busy
+            self.rules["block"].execute = True  # an edge is ignored while the block is busy
             self._put("block", "Execute", True)
         self.bench["Chosen"] = self.bench.chosen if self.calls["block"] else 0
         self.bench["CallRival"] = self.calls["rival"]
@@ -85,7 +87,7 @@ class _Beside:
             self.status = self.chance.choice((0, 0, 0, 0x0200, 0x4000))
 
     def _prepare(self, part: str, rule: CommandRule) -> None:
-        """Give Execute a rising edge with new inputs."""
+        """Give Execute of a block a rising edge with new inputs."""
         rule.execute, rule.timeout = True, self.chance.choice(_LIMITS_MS)
         self._put(part, "Timeout", f"T#{rule.timeout}ms")
         if part == "rival":

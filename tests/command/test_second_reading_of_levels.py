@@ -1,7 +1,8 @@
 """FB_Jog and FB_ContinuousPosition run at random with FB_RemoteCommand and a second reading.
 
-The test is the controller: it answers in every order, and disappears. Each scan of both blocks, and
-the data on the wire, must follow the rules of tests/support.
+"Second reading" is an independent implementation of the rules in tests/support. The test plays the
+controller: it answers in any order, and disappears at times. Each scan of both blocks, and the data
+on the wire, must follow the rules of tests/support.
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ _SHOWN = ("Valid", "Busy", "Error", "ErrorID", "AlarmGroup", "AlarmCategory")
 _SHOWN_BY_RIVAL = ("Done", "Busy", "Active", *_SHOWN[2:])
 _SCANS = 1500
 _LIMITS_MS = (0, 120, 320, 800)
-#: Scans of a phase, in which the probabilities of disturbances and of other commands are constant.
+#: Number of scans of a phase, in which the probabilities of disturbances and of other commands are
+#: constant.
 _PHASE_SCANS = 60
 _CALM, _RIVAL = (1.0, 0.3, 0.0), (1.0, 0.2, 0.0)
 _FOLLOWS = {
@@ -63,7 +65,7 @@ def _compiled(block: str) -> Program:
 
 
 class _Beside:
-    """The program, and the second reading of its rules."""
+    """The program, and the second reading of the rules for its blocks."""
 
     def __init__(self, block: str, seed: int) -> None:
         self.chance = Random(f"{block} {seed}")
@@ -152,7 +154,7 @@ class _Beside:
         return limit
 
     def _answer(self) -> None:
-        """Calculate the status. A jog ends at the latest when SI(06) is OFF."""
+        """Calculate the status of the controller. A jog ends at the latest when SI(06) is OFF."""
         stopped = not self.head.inputs.applied["SI06_Stop"]
         if self.silent and self.often(0.95):
             return

@@ -1,8 +1,8 @@
 """The 100 worked examples of the guide work with the block that a user would choose.
 
-The pins get the values of the prose. The words sent, and the outputs for the printed answer, must
-be those of the guide. If print and prose disagree, `differs` in tests/data/worked_examples.toml
-gives the difference and the valid version.
+The pins get the values that the text of an example describes. The words that are sent, and the
+outputs for the printed answer, must be those of the guide. If the printed words and the text
+disagree, `differs` in tests/data/worked_examples.toml gives the difference and the valid version.
 """
 
 from __future__ import annotations

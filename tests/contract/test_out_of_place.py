@@ -1,7 +1,7 @@
 """Every block is refused before FB_ReadArea and after FB_WriteArea, and sends nothing.
 
-One program has all blocks, which are tried in turn. With matiec it has only some of them, since
-that compiler takes long.
+One program contains all blocks, which are tried one after the other. With matiec it contains only
+some blocks, because compiling takes long.
 
 Source: docs/reference/errors.md, 16#8017; docs/explanation/scan-model.md, where a block is called.
 """
@@ -23,9 +23,10 @@ from structured_text.engines.base import Value
 
 OUT_OF_PLACE = 0x8017
 PLACES = ("Early", "Late")
-#: Blocks that request nothing from the controller. Out of place they only show older values.
+#: Blocks that request nothing from the controller. Out of place they only show values of an earlier
+#: scan.
 LOOKING = ("FB_AutoMode", "FB_Interlock", "FB_Status")
-#: Blocks that switch their input OFF wherever they are called; see `test_a_stop_acts_...`.
+#: Blocks that switch their input OFF wherever they are called; see tests/area/test_out_of_place.py.
 STOPPING = {"FB_EmergencyStop": 0x0001, "FB_ProgramStop": 0x0040}
 BLOCKS = [name for name in (*library().edge, *library().level) if name not in LOOKING]
 _MATIEC_BLOCKS = (
@@ -46,7 +47,7 @@ _LEVELS = 0x0041
 
 
 class Places(PlcBench):
-    """A block that can be called at three places of the scan, and another command in its place.
+    """A block that can be called at three places of a scan, and another command block in its place.
 
     Args:
         engine: The engine that runs the program.
@@ -66,7 +67,7 @@ class Places(PlcBench):
         self._start = self.program.snapshot(), self.now_us, bytes(self.so)
 
     def choose(self, block: str) -> None:
-        """Return to the start with this block, which is not called yet."""
+        """Return to the initial state and select this block, which is not called yet."""
         snapshot, self.now_us, so = self._start
         self.program.restore(snapshot)
         self.so[:] = so
@@ -120,9 +121,9 @@ class Places(PlcBench):
             self.on |= int.from_bytes(area[32:], "little") & ~_LEVELS
 
     def finish(self) -> None:
-        """Answer as a controller does: end every command, also that of the other block, and reset.
+        """Answer as a controller does: end every command, including that of the other block.
 
-        After a jog, the other command waits until SI(06) is ON again.
+        Then reset. After a jog, the other command waits until SI(06) is ON again.
         """
         for scan in range(60):
             self.answer(_END if self.code else _READY)
@@ -219,7 +220,9 @@ def test_a_block_that_begins_out_of_place_ends_in_that_call_and_nothing_goes_out
 def test_a_block_that_is_called_out_of_place_while_it_is_busy_ends_and_nothing_more_goes_out(
     engine: str, place: str, also: bool
 ) -> None:
-    """A command that was sent is held to its end. Then the next block gets the turn.
+    """A command that was already sent stays on the wire until its end.
+
+    Then the next block gets the turn.
 
     Source: docs/reference/errors.md, 16#8017; guide chapter 2: code and data stand until the
     status is seen.

@@ -93,7 +93,7 @@ def test_a_turn_that_is_never_given_back_stays_stuck(channel: str) -> None:
 def test_the_time_of_a_turn_stays_where_it_has_reached_its_end(
     channel: str, held: int, then: int
 ) -> None:
-    """At its end the shown time stays constant, also after a reset of the longest turn.
+    """At its limit the shown time stays constant, even after a reset of the longest turn.
 
     Source: head of RCX_TURN, 24 days.
     """
@@ -117,7 +117,7 @@ def test_the_next_turn_begins_at_zero_also_without_a_pause(channel: str) -> None
 
 
 def test_a_turn_that_comes_after_a_pause_begins_at_zero() -> None:
-    """The ticket of the free channel is that of the next turn."""
+    """While the channel is free, it shows the ticket of the next turn."""
     block = Channels()
     block.scan(10)
     block.change("Robot.Inner.Command.NextTicket", to=1)

@@ -26,7 +26,10 @@ def recorder() -> Recorder:
 def test_a_command_is_kept_at_its_end_with_its_status_and_how_long_it_was_out(
     recorder: Recorder,
 ) -> None:
-    """Source: guide chapter 2; out in the scans at 20, 30 and 40 ms, ended in that at 50 ms."""
+    """The command is out in the scans at 20, 30 and 40 ms, and ends in the scan at 50 ms.
+
+    Source: guide chapter 2.
+    """
     recorder.command(0x0200, code=0x2001)
     assert recorder["Rows"][0] == {
         "Kind": "LOG_COMMAND",

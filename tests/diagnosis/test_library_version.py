@@ -1,4 +1,4 @@
-"""FC_LibraryVersion has the version of the package, as have the exports and the changelog."""
+"""FC_LibraryVersion, exports and changelog have the version of the package."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_a_version_that_is_no_number_is_refused(text: str) -> None:
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_every_export_says_which_version_it_is(target: str, tmp_path: Path) -> None:
-    """The version is readable in the PLC's project without the function, too."""
+    """The version is also readable in the PLC's project without the function."""
     (tmp_path / "Versions.st").write_text(_PROGRAM, encoding="utf-8")
     files = export(target, program=[tmp_path / "Versions.st"], only_needed=True).files
     said = f"Version {metadata.version('rcx-harness')}"

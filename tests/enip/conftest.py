@@ -87,12 +87,12 @@ class Bench:
 
     @property
     def to_master(self) -> bytes:
-        """Return assembly 100."""
+        """Return the present content of assembly 100."""
         return self.master_image.data
 
     @property
     def to_robot(self) -> bytes:
-        """Return assembly 150."""
+        """Return the present content of assembly 150."""
         return self.robot_image.data
 
     def connect(self, peer: str = PEER) -> Session:
@@ -111,7 +111,7 @@ def bench() -> Bench:
 
 @pytest.fixture
 def make_bench() -> type[Bench]:
-    """Return the bench class, for a device with other settings."""
+    """Return the bench class. With it, a test makes a device with other settings."""
     return Bench
 
 

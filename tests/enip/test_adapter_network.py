@@ -44,7 +44,7 @@ def adapter() -> Iterator[Adapter]:
 
 def open_owner(master: Client, **fields: str) -> bytes:
     """Open an Exclusive Owner connection, and return the data of the reply."""
-    slow = {"o_to_t_rpi": "A0860100", "multiplier": "07", **fields}  # 100 ms x 512
+    slow = {"o_to_t_rpi": "A0860100", "multiplier": "07", **fields}  # time-out: 100 ms x 512
     return master.request(FORWARD_OPEN, CONNECTION_MANAGER, bytes.fromhex(forward_open(**slow))[6:])
 
 
@@ -67,7 +67,7 @@ def close_owner(master: Client) -> bytes:
 def test_an_adapter_on_all_addresses_answers_with_the_address_that_was_asked(
     wire: socket.socket,
 ) -> None:
-    """UDP and TCP answers show the address that was asked, as does attribute 5.
+    """UDP and TCP answers, and attribute 5, have the address to which the request was sent.
 
     A client cannot connect to 0.0.0.0.
     """

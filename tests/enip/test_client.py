@@ -53,7 +53,7 @@ def test_an_answer_that_drips_in_byte_by_byte_has_no_more_time_than_another(
 ) -> None:
     """Each byte comes within 5 s, but the limit of 5 s applies to the whole answer.
 
-    After 6 s, the client does not wait for the second byte of the 28.
+    The answer has 28 bytes. After 6 s the client no longer waits for the second byte.
     """
     times = iter([0.0, 1.0, 6.0])
     host, port = adapter_that_says(REGISTERED[:1])

@@ -1,7 +1,7 @@
 """Class 3: explicit messages within a connection, as bytes.
 
-A SendUnitData has interface 0, time-out 0 and two items: connected address (0xA1), and connected
-data (0xB1) with the sequence count first.
+A SendUnitData frame contains interface 0, time-out 0 and two items: a connected address (0xA1), and
+connected data (0xB1) that begin with the sequence count.
 """
 
 from __future__ import annotations
@@ -180,7 +180,7 @@ def test_it_is_closed_with_its_session(connected: Session, bench: Any) -> None:
 def test_it_times_out_after_its_interval_times_its_multiplier(
     connected: Session, bench: Any
 ) -> None:
-    """The time-out is 10 ms times 16, but 10 s before the first message."""
+    """The time-out is 10 ms times 16. Before the first message it is 10 s."""
     bench.now += 9.9
     assert connected.receive(unit(f"0100 {GET_SIZE}")) == reply(f"0100 {SIZE_IS_48}")
     bench.now += 0.159
@@ -203,7 +203,7 @@ def test_a_connection_never_used_times_out_after_ten_seconds(bench: Any) -> None
 def test_six_and_more_connections_at_a_time_but_not_any_number(bench: Any) -> None:
     """A machine may have 16 connections, and all machines 32. Others get extended status 0x113.
 
-    The last four are reserved for machines without a connection.
+    The last four connections are reserved for machines that have none.
     """
 
     def open_from(peer: str, serial: int) -> bytes:

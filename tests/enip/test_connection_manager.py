@@ -165,7 +165,10 @@ def test_a_connection_is_named_by_all_of_its_triad(bench: Any, triad: str) -> No
 
 
 def test_a_connection_id_comes_again_only_after_its_connection_has_gone(make_bench: Any) -> None:
-    """The test repeats the same eight connection ids. Id 0 is among them, but is never used."""
+    """The test supplies the same eight connection ids again and again.
+
+    One of them is 0, which is never used.
+    """
     bench = make_bench(draw_id=itertools.cycle(range(8)).__next__)
     class_3 = {"transport": "A3", "path": "2002 2401", "o_to_t": "F843", "t_to_o": "F843"}
     group = {**INPUT_ONLY, "t_to_o": MULTICAST}
@@ -186,7 +189,7 @@ def test_a_connection_id_comes_again_only_after_its_connection_has_gone(make_ben
 
 @pytest.mark.parametrize("peer", ["192.168.0.10", "192.168.0.11"])
 def test_a_second_owner_is_a_conflict(bench: Any, peer: str) -> None:
-    """The answer has extended status 0x106, also for another connection of the same originator."""
+    """The answer has extended status 0x106, even if the second owner is the same originator."""
     assert bench.ask(forward_open()) == opened()
     assert bench.ask(forward_open(triad=OTHER), origin(peer)) == refused("0601", triad=OTHER)
 
@@ -271,10 +274,10 @@ def test_a_cyclic_part_that_has_ended_opens_nothing(bench: Any) -> None:
 
 
 def test_multicast_connections_share_one_production(bench: Any) -> None:
-    """The reply has the target's id, the group, the port and equal intervals.
+    """The reply has the target's connection id, the multicast group, the port and equal intervals.
 
-    The group is that of 192.168.0.2 (host 2), and the port is 2222. A request with another interval
-    is refused with the right interval (0x112, meaning 4).
+    The group belongs to 192.168.0.2 (host number 2), and the port is 2222. A request with another
+    interval is refused with the right interval (0x112, meaning 4).
     """
     sender = origin()
     assert bench.ask(forward_open(t_to_o=MULTICAST), sender) == opened("02000100", "01000100")
@@ -357,7 +360,7 @@ def test_a_connection_is_closed_by_its_triad_whatever_the_path(bench: Any, path:
 def test_a_refused_forward_close_leaves_the_connection(
     bench: Any, request_: str, peer: str, reply: bytes
 ) -> None:
-    """Another triad gets 0x107, another machine gets 0x0F."""
+    """A wrong triad gets extended status 0x107, another machine gets status 0x0F."""
     bench.ask(forward_open())
     assert bench.ask(request_, origin(peer)) == reply
     assert bench.device.connections.is_owned

@@ -177,9 +177,9 @@ def test_a_forged_packet_with_a_far_number_takes_nothing_from_the_owner(owned: D
 
 
 def test_a_wrong_length_is_stored_beside_the_right_one(owned: Device) -> None:
-    """Without the header of 4 bytes, 48 bytes are 50 with the count of 2, where 54 are agreed.
+    """A packet without the header has 50 bytes: 48 bytes of data and a count of 2 bytes.
 
-    Wrong and right length are both stored.
+    The header has 4 bytes, so the agreed length is 54 bytes. The device stores both lengths.
     """
     wrong = bytes.fromhex(f"0200 0280 0800 11111111 08000000 B100 3200 0200 {DATA}")
     owned.exchange.receive(wrong, MASTER, 0)
@@ -273,7 +273,7 @@ def test_the_first_packet_brings_the_end_nearer(device: Device) -> None:
 
 
 def test_a_second_connection_is_due_at_its_own_time(device: Device) -> None:
-    """A second connection sends in time even if it opens while nothing is due for long.
+    """A second connection sends in time, even if the next packet of the first is due later.
 
     The first connection may also close.
     """

@@ -1,8 +1,8 @@
 """Class 1 packets are sent and accepted byte by byte as specified.
 
-Layout: number of items; sequenced address (0x8002, 8 bytes): connection id and sequence number of
-32 bits; connected data (0x00B1): sequence count of 16 bits, run/idle header if any, data. All
-numbers are little endian.
+A packet contains the number of items and two items. The sequenced address (0x8002, 8 bytes) has the
+connection id and a sequence number of 32 bits. The connected data (0x00B1) have a sequence count of
+16 bits, a run/idle header in one direction, and the data. All numbers are little endian.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def test_a_datagram_is_taken_apart() -> None:
         "0100 0280 0800 44332211 05000000 B100 0600 0100 A1A2A3A4",  # one item
         "0300 0280 0800 44332211 05000000 B100 0600 0100 A1A2A3A4",  # three items
         "0200 A100 0800 44332211 05000000 B100 0600 0100 A1A2A3A4",  # connected address
-        "0200 0280 0400 44332211 05000000 B100 0600 0100 A1A2A3A4",  # its length
+        "0200 0280 0400 44332211 05000000 B100 0600 0100 A1A2A3A4",  # wrong length of the address
         "0200 0280 0800 44332211 05000000 B200 0600 0100 A1A2A3A4",  # unconnected data
     ],
 )
@@ -165,7 +165,7 @@ def test_an_old_sequence_number_is_dropped_and_time_runs_on(last: int, number: i
     [
         (7, 7 + 1025),
         (7, 0x70000000),
-        (5, 0x80000004),  # the largest jump that does not count as an old number
+        (5, 0x80000004),  # the largest jump forwards; a larger one would count as an old number
         (0xFFFFFFFF, 1024),  # across the wrap-around
         (0xFFFFFE00, 0x201),
     ],
@@ -213,7 +213,7 @@ def test_a_connection_begins_with_any_sequence_number(first: int) -> None:
 
 
 def test_the_short_count_may_wrap_and_jump_as_it_likes() -> None:
-    """A repeated 16 bit count means that the data are not new. Other changes have no meaning."""
+    """If the count of 16 bits is repeated, the data are not new. Any other count means new data."""
     into = consumer()
     into.take(1, hexa("FFFF 01000000 A1A2A3A4"), 0)
     for number, count in enumerate(("0000", "0500", "0200"), 2):

@@ -1,7 +1,8 @@
 """The process of the cyclic part with real sockets: packets and their numbers, but not times.
 
 The tests play the master with a UDP socket. If a test waits for an effect, it counts the robot's
-packets, which come every 4 ms, and fails after a number of packets that no machine needs.
+packets, which come every 4 ms. It fails after a number of packets that even a slow machine does not
+need.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from rcx_harness.enip.errors import EnipError
 
 ROBOT, MASTER, STRANGER = "127.5.0.1", "127.5.0.2", "127.5.0.3"
 GENEROUS_S = 60.0
-_IP_RECVTTL = 12  # the value on Linux, for which Python has no name
+_IP_RECVTTL = 12  # value on Linux, because Python has no name for it
 
 OWNER = replace(
     exchange_bench.OWNER,
@@ -116,7 +117,7 @@ def test_packets_come_in_sequence_with_the_robots_outputs(target: Target) -> Non
 
 
 def test_a_packet_right_behind_the_order_to_open_is_taken(target: Target) -> None:
-    """The process may be handling other packets before it reads its orders."""
+    """The process may receive the packet before it reads the order to open the connection."""
     target.open(replace(OWNER, number=1_000))
     with udp(STRANGER) as stranger:
         for number in range(1, 101):
@@ -242,7 +243,10 @@ def test_packets_carry_the_code_point_that_was_agreed(target: Target) -> None:
 
 
 def test_a_port_that_is_taken_is_refused_in_one_sentence() -> None:
-    """The second process at a port is refused, because both would share its packets unnoticed."""
+    """A second process at the port is refused.
+
+    Otherwise both would receive a part of the packets without notice.
+    """
     with SharedImages.create(48) as images, udp(ROBOT) as first:
         port = first.getsockname()[1]
         first.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -282,7 +286,7 @@ def test_without_its_parent_the_process_leaves_no_owner_behind(target: Target) -
 
 
 def test_the_process_ends_with_its_parent_however_that_ends() -> None:
-    """Parent and process share a standard error, which closes when both have ended."""
+    """Parent and process share one standard error. It closes when both have ended."""
     parent = textwrap.dedent(
         f"""
         import sys

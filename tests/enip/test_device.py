@@ -21,13 +21,13 @@ STATUS = "0E03 2001 2401 3005"
         (OwnerState.WAITING, "7100"),
         (OwnerState.IDLE, "7100"),
         (OwnerState.RUN, "6100"),
-        (OwnerState.TIMED_OUT, "7100"),  # The packet belongs to the previous owner.
+        (OwnerState.TIMED_OUT, "7100"),  # a new owner, but the state is still of the previous one
     ],
 )
 def test_the_status_word_says_owned_and_whether_the_master_runs(
     bench: Any, state: OwnerState, word: str
 ) -> None:
-    """Bit 0 is "owned". In bits 4 to 7, 6 means that a connection runs, and 7 that all are idle."""
+    """Bit 0 means "owned". Bits 4 to 7 are 6 if a connection runs, and 7 if all are idle."""
     bench.ask(forward_open())
     bench.owner = state
     assert bench.ask(STATUS) == bytes.fromhex(f"8E00 0000 {word}")
@@ -109,14 +109,14 @@ ODD = "1003 2048 2401 3004 3F"  # nine bytes
 @pytest.mark.parametrize(
     ("data", "reply"),
     [
-        (f"0A0E 0800 {GET_SIZE} 00 00", "8E00 0000 3000"),  # no route: this device itself
+        (f"0A0E 0800 {GET_SIZE} 00 00", "8E00 0000 3000"),  # no route: for this device
         (f"0A0E 0800 {GET_SIZE} 01 00 0100", "8E00 0000 3000"),  # the usual route
         (f"0A0E 0900 {ODD} 00 00 00", "9000 0000"),  # a pad byte after an odd length
         (f"0A0E 0900 {ODD} 00 01 00 0100", "9000 0000"),
         ("0A0E 0800 0E03 2004 2465 3004 00 00", "8E00 0500"),  # the message itself is refused
         (f"0A0E 0800 {GET_SIZE} 01 00 0101", "D200 0101 1203 0100"),  # another slot
         (f"0A0E 0800 {GET_SIZE} 01 00 0200", "D200 0101 1103 0100"),  # another port
-        (f"0A0E 0800 {GET_SIZE} 02 00 0100 0101", "D200 0101 1203 0200"),  # further on
+        (f"0A0E 0800 {GET_SIZE} 02 00 0100 0101", "D200 0101 1203 0200"),  # a route over two ports
         (f"0A0E 0800 {GET_SIZE} 01 00", "D200 1300"),  # no route although a length is given
         (f"0A0E 0800 {GET_SIZE}", "D200 1300"),
         (f"0A0E 0900 {GET_SIZE}", "D200 1300"),

@@ -69,7 +69,7 @@ LISTEN_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C04 2C64"}
         ({"t_to_o": "3648"}, "2801 3200"),  # with a run/idle header
         ({**INPUT_ONLY, "o_to_t": "3648"}, "2701 0200"),
         ({**INPUT_ONLY, "t_to_o": "3348"}, "2801 3200"),
-        # 0x112: the meaning for each direction (2 lowest, 3 highest), then the accepted intervals
+        # 0x112: a code for each direction (2 too low, 3 too high), then the accepted intervals
         ({"o_to_t_rpi": "CF070000"}, "1201 0200 D0070000 10270000"),
         ({"t_to_o_rpi": "CF070000"}, "1201 0002 10270000 D0070000"),
         ({"o_to_t_rpi": "00000000"}, "1201 0200 D0070000 10270000"),

@@ -44,7 +44,7 @@ def leds(master: LiveMaster) -> tuple[Led, Led]:
 def test_a_lost_connection_turns_si00_and_si06_off_and_alarm_reset_and_servo_on_bring_it_back(
     master: LiveMaster, lose: Lose, state: OwnerState
 ) -> None:
-    """The system connection error state (1) follows silence and a Forward Close.
+    """Both silence and a Forward Close lead to the system connection error state (1).
 
     Source: manual chapter 1, 5.2; chapter 1, 3 (LEDs).
     """

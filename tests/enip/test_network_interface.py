@@ -38,7 +38,7 @@ def test_an_adapter_on_all_addresses_has_the_address_that_reaches_the_peer() -> 
 
 
 def test_without_a_route_the_address_is_the_loopback() -> None:
-    """The system refuses a route to a broadcast address without a permission."""
+    """Without permission, the system refuses a route to a broadcast address."""
     assert address_toward(ANY, "255.255.255.255") == "127.0.0.1"
 
 

@@ -25,7 +25,7 @@ class Bench:
         self.opener = Opener(self.opened, first_s)
 
     def opened(self) -> FakeScanner:
-        """Count the openings."""
+        """Count the openings, and return the scanner."""
         self.openings += 1
         if self.refused:
             raise EnipError("nobody there")
@@ -61,7 +61,10 @@ def test_an_attempt_that_fails_says_why_and_the_next_one_forgets_it() -> None:
 def test_the_first_packet_is_waited_for_as_long_as_was_asked(
     first_s: float | None, openings: int
 ) -> None:
-    """Without a given time, the scanner waits for the connection's time-out, and reports it."""
+    """Without a given time, the scanner waits for the time-out of the connection.
+
+    It reports this time.
+    """
     bench = Bench(first_s)
     for _ in range(3):
         bench.opener.keep()
@@ -136,9 +139,9 @@ def test_a_thread_that_ends_by_itself_is_reported() -> None:
 def test_a_refusal_with_a_remedy_has_the_same_hint_everywhere(
     extended: tuple[int, ...], options: tuple[str, ...], hint: str
 ) -> None:
-    """The codes are those of CIP volume 1, chapter 3, 5.6.
+    """The codes are from CIP volume 1, chapter 3, 5.6.
 
-    0x112 gives the accepted interval of each direction.
+    The answer with 0x112 contains the accepted interval of each direction.
     """
     assert refusal_hint(CipError("x", 1, extended), 48, options) == hint
 

@@ -22,7 +22,8 @@ REQUEST = OpenRequest(
     consuming=150,
     producing=100,
 )
-# Service, path of two words to the Connection Manager; priority and ticks; ids; triad; multiplier.
+# Service; path of two words to the Connection Manager; priority and ticks; connection ids; triad;
+# multiplier.
 START = "54 02 2006 2401 0A0E 00000000 44332211 3412 7856 F0DEBC9A 02000000"
 RPI = "10270000"
 CLASS_1_CYCLIC = "01"

@@ -42,7 +42,8 @@ def said(make_bench: Any, *requests: str, **settings: Any) -> list[str]:
 @pytest.mark.parametrize(
     ("fields", "text"),
     [
-        # 256 bytes are 262 (0x106) with header and count, and 258 (0x102) with the count.
+        # With header and count, 256 bytes are 262 (0x106); with only the count, they are 258
+        # (0x102).
         (
             {"o_to_t": "0649", "t_to_o": "0249"},
             f"{sized(262, 258)}{SIZE_TO}this controller has 48 bytes, 54 with the 32-bit run/idle "

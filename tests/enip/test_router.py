@@ -70,7 +70,7 @@ def test_bytes_behind_a_read_request_are_ignored(bench: Any, request_: str, behi
 
 @pytest.mark.parametrize("route", ["0000", "0100 0100"])
 def test_a_write_with_something_behind_its_data_is_refused(bench: Any, route: str) -> None:
-    """The answer has status 0x15, as in the reference adapter, since the data's end is unclear."""
+    """The answer has status 0x15, as in OpENer, because the end of the data is unclear."""
     asked = "1003 2004 2496 3003" + "11" * 48 + route
     assert bench.ask(asked) == bytes.fromhex("9000 1500")
     assert bench.to_robot == bytes(48)
@@ -181,5 +181,5 @@ def test_a_refused_request_gets_its_status_and_changes_nothing(
 
 
 def test_a_path_without_an_instance_is_the_class(bench: Any) -> None:
-    """The reply has the revision of the Assembly class."""
+    """The reply contains the revision of the Assembly class."""
     assert bench.ask("0E02 2004 3001") == bytes.fromhex("8E00 0000 0200")

@@ -1,7 +1,8 @@
 """A scanner and an adapter on the loopback interface: class 1 connections from end to end.
 
 No test measures time. To wait for an effect, a test sends explicit requests to the adapter, up to a
-number that no machine needs. If no time-out should happen, it is 512 intervals long.
+number that even a slow machine does not need. If a test must not have a time-out, the time-out is
+512 intervals long.
 """
 
 from __future__ import annotations
@@ -128,7 +129,7 @@ def test_data_is_written_before_the_run_flag_and_read_after_the_state(
         assert seen == [TO_ROBOT]
 
         def arriving(of: SharedImages) -> OwnerState:
-            """Let a packet arrive while the state is being read."""
+            """Return the state of the owner, and let a packet arrive while the state is read."""
             of.to_master.write(TO_MASTER)
             of.arrive(now_us(), None)
             return OwnerState.RUN

@@ -43,7 +43,7 @@ def test_images_are_read_completely_by_a_process_that_attaches_by_name(
 
 
 def test_memory_that_was_not_created_is_not_found() -> None:
-    """On Windows, a wrong name gives new memory of zeros, which is not accepted either."""
+    """On Windows, a wrong name gives new memory with zeros, which is not accepted either."""
     with pytest.raises(FileNotFoundError):
         SharedImages.attach("/dev/shm/rcx-of-nobody")
     nobodys = SharedMemory(size=4096)
@@ -100,7 +100,7 @@ def test_a_reader_takes_a_newer_image_when_its_own_may_be_overwritten() -> None:
     writer.write(b"0000")
 
     class OvertakenSlot:
-        """A stand-in for the slot of version 1 that is overwritten during a read."""
+        """A replacement for the slot of version 1, which is overwritten during a read."""
 
         def __bytes__(self) -> bytes:
             for number in range(2, 9):
@@ -163,7 +163,7 @@ def test_the_status_names_the_owner_and_counts_its_changes(images: SharedImages)
 
 
 class Recorder:
-    """A stand-in for memory that records each write, and the result of `look` at that time."""
+    """A replacement for memory that records each write, and the result of `look` at that time."""
 
     def __init__(self, look: Callable[[], int] = lambda: 0) -> None:
         self.written: list[object] = []
@@ -175,7 +175,7 @@ class Recorder:
         return self
 
     def __getitem__(self, at: object) -> int:
-        return 48  # the code asks for the size of an image
+        return 48  # the size of an image, which the code reads
 
     def __setitem__(self, at: object, value: object) -> None:
         self.written.append(at)

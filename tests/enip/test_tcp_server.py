@@ -77,7 +77,7 @@ async def has_ended(streams: Streams) -> bool:
 def test_one_machine_cannot_take_all_connections(bench: Any) -> None:
     """A peer may have 32 connections.
 
-    Another one is closed at once, until one of the 32 has ended.
+    A further connection is closed at once, until one of the 32 has ended.
     """
 
     async def talk(tcp: TcpServer, port: int) -> None:
@@ -204,7 +204,7 @@ def test_an_oversized_frame_closes_its_connection_only(bench: Any) -> None:
 
 
 def test_a_frame_longer_than_one_turn_is_answered_as_one(bench: Any) -> None:
-    """A Set of assembly 150 with 3,000 bytes has too many (status 0x15).
+    """A write to assembly 150 with 3,000 bytes has too many bytes, so its status is 0x15.
 
     The next request is answered.
 
@@ -253,9 +253,9 @@ def test_endless_requests_of_one_peer_do_not_block_the_others(
 
 
 def test_a_peer_that_takes_no_answers_is_not_read(bench: Any) -> None:
-    """The amount of answers that wait for a peer is limited.
+    """The number of bytes that wait for a peer is limited.
 
-    Its requests stay on its own machine.
+    Beyond the limit its requests are not read, so they stay on its own machine.
     """
 
     async def talk(tcp: TcpServer, port: int) -> None:

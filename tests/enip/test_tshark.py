@@ -76,7 +76,7 @@ class Capture:
     def wait_for_probe(self) -> None:
         """Send a datagram, and wait until it is captured.
 
-        Then all earlier packets are captured, too.
+        All earlier packets have then been captured as well.
         """
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             probe.bind((self._host, 0))
@@ -93,7 +93,7 @@ class Capture:
         pytest.fail("tshark does not see the probe")
 
     def stop(self) -> None:
-        """End the capture. Its file is complete then."""
+        """End the capture, so that its file is complete."""
         self._process.send_signal(signal.SIGINT)
         self._process.wait(PATIENCE_S)
 

@@ -1,4 +1,4 @@
-"""The library behaves alike in each dialect, so the examples give the same trace."""
+"""The library behaves in the same way in each dialect, so the examples give the same trace."""
 
 from __future__ import annotations
 

@@ -14,7 +14,8 @@ from rcx_tools.docs.examples import ChartSpec, Example, Recorder, chart_specs, e
 from structured_text.errors import InputError
 
 _each = pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.name)
-#: Examples with an area at the beginning, of 256 bytes, in words at offsets, and with two robots.
+#: Examples with an area at the beginning, with an area of 256 bytes, with areas in words at
+#: offsets, and with two robots.
 _NETWORKED = [one for one in EXAMPLES if one.name[:2] in ("01", "02", "03", "12")]
 
 

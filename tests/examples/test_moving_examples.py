@@ -136,7 +136,7 @@ def test_a_jog_lasts_as_long_as_its_button_and_a_step_is_500_pulses() -> None:
 
 
 def test_both_jog_buttons_at_once_are_neither_and_one_waits_for_the_other() -> None:
-    """Source: guide 4.2.6: a jog is ended by SI(06), and then the next may come."""
+    """Source: guide 4.2.6: SI(06) ends a jog. Only then the next jog may begin."""
     with _build("05_jog_panel") as cell:
         cell.run("1400ms")
         cell["Main.Minus"] = True
@@ -211,7 +211,7 @@ def test_the_pallet_is_filled_position_by_position_in_arches() -> None:
 
 
 def test_a_start_button_held_at_the_plc_s_start_goes_on_with_no_table() -> None:
-    """Source: design of the examples: nothing restarts by itself, a hanging button neither."""
+    """Source: design of the examples: nothing restarts by itself, not even with a stuck button."""
     with _build("13_pallet_by_table") as cell:
         cell["Main.Start"] = True
         seen = []
@@ -222,9 +222,9 @@ def test_a_start_button_held_at_the_plc_s_start_goes_on_with_no_table() -> None:
 
 
 def test_a_new_pallet_counts_when_its_button_is_pressed_and_not_while_it_hangs() -> None:
-    """A stuck button, at the PLC's start or later, does not lose the place of a part.
+    """If the button is stuck, at the PLC's start or later, the count of places stays.
 
-    Source: design of the examples: a hanging button is not a press.
+    Source: design of the examples: a stuck button is not a press.
     """
 
     def standing() -> tuple[int, int]:

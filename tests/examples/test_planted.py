@@ -1,6 +1,7 @@
 """A user's cell with two robots, unchanged or with one of five faults, passes checks and good run.
 
-Other tests show that the faults can be found. These tests show that a good run does not find them.
+test_planted_found.py shows that a campaign finds the faults. These tests show that a good run does
+not find them.
 """
 
 from __future__ import annotations
@@ -75,7 +76,7 @@ def test_the_good_run_is_good(fault: Fault | None, tmp_path: Path) -> None:
 
 
 def test_never_are_both_robots_between_home_and_pallet(tmp_path: Path) -> None:
-    """The robots' real positions count. The pallet is at positive pulses of axis 1.
+    """The test uses the real positions of the robots. The pallet is at positive pulses of axis 1.
 
     Source: points 1, 10 and 21 to 26 of robot_a.toml and robot_b.toml.
     """

@@ -35,7 +35,7 @@ def there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def _explored(cell: Path, begin: str = "13s") -> int:
-    """Explore cancellations by the operator; by default after the time limits of PowerUp."""
+    """Explore cancellations by the operator, by default after the time limits of PowerUp."""
     words = ["explore", str(cell / "Handover.st"), "--robot", str(cell / "robot.toml")]
     words += ["--properties", str(cell / "campaign.toml"), "--workers", "0", "--faults", "none"]
     words += ["--stimulus", str(cell / "stimulus.toml"), "--begin", begin]
@@ -113,7 +113,7 @@ def test_a_campaign_names_the_lines_that_no_seed_has_reached(there: Path, capsys
 def test_a_campaign_finds_a_planted_fault_and_rcx_run_shows_it(
     name: str, there: Path, capsys: Captured
 ) -> None:
-    """The recovery fails, too. The message says for what both programs wait."""
+    """The recovery also fails. The message says what each program waits for."""
     cell = planted(there, OF_HANDSHAKES[name], HANDSHAKES)
     assert _campaign(cell, "--seeds", "3", "--seed-from", str(_SEEDS[name])) == 1
     said = capsys.readouterr().out
@@ -129,7 +129,7 @@ def test_a_campaign_finds_a_planted_fault_and_rcx_run_shows_it(
 def test_a_campaign_and_a_sweep_of_the_repaired_cell_find_nothing(
     there: Path, capsys: Captured
 ) -> None:
-    """The runs are 30 storms with all faults, and 3 faults at each third scan.
+    """The campaign has 30 storms with all faults. The sweep injects 3 faults at every third scan.
 
     This includes faults in the middle of the robot program.
     """

@@ -40,7 +40,7 @@ def _releases(cell: Cell, parts: int) -> list[int]:
 
 
 def test_the_robot_side_of_example_16_is_that_of_the_library() -> None:
-    """Source: docs/how-to/robot-program.md: the frame is pasted, only the routines differ."""
+    """Source: docs/how-to/robot-program.md: users copy the frame, and only the routines differ."""
     frame = (ROOT / "plc/robot/JOBS.PGM").read_text(encoding="utf-8").partition("IF SGI30=0")
     ours = (ROOT / "plc/examples" / _JOBS / "CARRY.PGM").read_text(encoding="utf-8")
     begin, end = frame[1], "\n' Your routines."

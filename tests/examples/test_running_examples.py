@@ -45,7 +45,7 @@ def test_the_program_of_the_recipe_is_registered_and_runs_and_no_other() -> None
     ("event", "fault"), [("emergency_stop", 0x8004), ("alarm", 0x8004), ("link_down", 0x8001)]
 )
 def test_a_program_that_is_stopped_has_not_come_to_its_end(event: str, fault: int) -> None:
-    """Source: manual chapter 5, 2: SO(13) goes OFF at a stop, too."""
+    """Source: manual chapter 5, 2: SO(13) also goes OFF at a stop."""
     with _build("08_program_by_name") as cell:
         cell.run_until(lambda: cell["Main.Stage"] == "NAME_RUNNING", within="2s")
         cell.inject(event)
@@ -55,7 +55,9 @@ def test_a_program_that_is_stopped_has_not_come_to_its_end(event: str, fault: in
 
 
 def test_motor_duty_is_seen_on_the_way_and_position_and_torque_after_it() -> None:
-    """2 % + 9 % of the maximum torque are 55 % of the rated torque, which is 20 % of the maximum.
+    """The rated torque is 20 % of the maximum torque.
+
+    2 % + 9 % of the maximum torque are therefore 55 % of the rated torque.
 
     Source: guide 4.9.1, 4.7.4, 4.7.12; robot.toml of the example.
     """

@@ -15,7 +15,7 @@ EXAMPLE = Path(__file__).parents[2] / "plc" / "examples" / "04_pick_and_place"
 def test_parts_are_moved_between_places_in_mm(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The robot reaches point 10 left-handed and point 20 right-handed, as designated.
+    """The robot reaches point 10 left-handed and point 20 right-handed, as the points designate.
 
     Source: remote command guide 4.2.1 and 4.2.19
     """

@@ -47,7 +47,7 @@ def _sweep(name: str, out: Path, program: Path, faults: tuple[str, ...], every: 
 def test_the_example_comes_back_from_every_fault(
     name: str, every: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Source: docs/how-to/campaign.md; what is demanded: tests/data/sweeps."""
+    """Source: docs/how-to/campaign.md; the conditions after a fault are in tests/data/sweeps."""
     program = ROOT / "plc/examples" / name
     assert _sweep(name, tmp_path / "out", program, _FAULTS, every) == 0
     assert "the cell recovers from all of them" in capsys.readouterr().out
@@ -57,7 +57,7 @@ def test_the_example_comes_back_from_every_fault(
 def test_one_that_starts_by_itself_is_found(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """In the changed program, a Start from before the fault counts again after Reset."""
+    """In the changed program, a Start that came before the fault has an effect after Reset."""
     example = ROOT / "plc/examples/04_pick_and_place"
     text = (example / "PickPlace.st").read_text(encoding="utf-8")
     for before, after in (

@@ -125,7 +125,7 @@ def test_the_fault_that_is_shown_is_one_of_the_list_whenever_it_comes(
 
 
 def test_an_emergency_stop_of_one_controller_leaves_the_other_running() -> None:
-    """Source: manual chapter 5, 3.1; the shared circuit, CellSafe, stops both."""
+    """Source: manual chapter 5, 3.1; only the shared safety circuit, CellSafe, stops both."""
     with _build() as cell:
         cell.run_until(lambda: cell["Main.Carry2.Fetch.Busy"], within="3s")
         cell.run("100ms")
@@ -193,7 +193,7 @@ def test_one_that_waits_longer_than_a_minute_for_the_other_is_no_fault(
 ) -> None:
     """The pendant of the second robot is plugged in, so its position is not known yet.
 
-    Source: head of TwoRobots.st: a fault of one is not a fault of the other.
+    Source: head of TwoRobots.st: a fault of one robot is not a fault of the other robot.
     """
     folder = ROOT / "plc/examples" / name
     with Cell.build(

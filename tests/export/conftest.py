@@ -1,4 +1,4 @@
-"""Exports for the tests of several targets: a part in the quick tests, all in the others."""
+"""Exports for the tests of several targets: a part of the library in quick tests, or all."""
 
 from __future__ import annotations
 

@@ -22,9 +22,9 @@ def _program(folder: Path, expression: str) -> Path:
 
 @pytest.mark.parametrize(("target", "depth"), [("scl", 400), ("plcopen", 400), ("l5x", 1_000)])
 def test_calls_deep_inside_each_other_are_exported(target: str, depth: int, tmp_path: Path) -> None:
-    """Python's default stack is too small for such a depth.
+    """The default stack of Python is too small for such a depth.
 
-    Source: docs/reference/limits.md, programs: 10,000 in each other.
+    Source: docs/reference/limits.md, programs: calls may be nested 10,000 times.
     """
     file = _program(tmp_path, "ABS(" * depth + "y" + ")" * depth)
     output = export(target, program=[file], only_needed=True)

@@ -56,7 +56,8 @@ def test_each_instruction_is_declared_before_it_is_used(root: ET.Element, source
 def test_an_import_brings_the_whole_library(tmp_path: Path) -> None:
     """Every tag is declared, and every value has the type of its place.
 
-    Source: 1756-PM010, importing: the instructions that one refers to come with it.
+    Source: 1756-PM010, importing: an instruction is imported with all instructions that it refers
+    to.
     """
     (file,) = write(TARGETS["l5x"].write(library()), tmp_path / "library.L5X")
     root = ET.parse(file).getroot()
@@ -75,7 +76,7 @@ def test_the_file_is_built_as_the_manual_says(root: ET.Element) -> None:
 
 
 def test_an_instance_begins_with_the_values_of_its_instruction(root: ET.Element) -> None:
-    """Source: 1756-RM084, decorated data: a member for each parameter that holds a value."""
+    """Source: 1756-RM084, decorated data: a member for each parameter that stores a value."""
     first: dict[str | None, dict[str | None, str | None]] = {}
     for aoi in root.iter("AddOnInstructionDefinition"):
         values = {one.get("Name"): one.find("*/DataValue") for one in aoi.iter("Parameter")}
@@ -176,7 +177,8 @@ def test_started_again_in_the_middle_of_its_work_all_begins_anew(cell: Path) -> 
     """The Prescan routines and the first scan restore the state of a new controller.
 
     A controller prescans every instruction, including those after a FALSE condition. The imported
-    program does so with its first call, so calls of idle blocks are still to come.
+    program prescans an instruction at its first call, so blocks that were not called yet are
+    prescanned later.
 
     Source: 1756-PM010, Prescan routine; chapter 5, 3.1: nothing starts by itself.
     """

@@ -31,7 +31,7 @@ _PIN = "its initial value: set it where you call the block"
 _CONFIGURATION = "93: CONFIGURATION Config0: TASK Slow (line 95), PROGRAM Main (line 96)"
 _BLOCK = "FUNCTION_BLOCK FB_Mine"
 
-#: Constructs that each target cannot carry, with their lines, by hand.
+#: Constructs that each target cannot carry, with their lines, counted by hand.
 _LOST = {
     "st": [],
     "plcopen": [],
@@ -200,7 +200,7 @@ def test_scl_has_the_values_in_its_declarations_and_the_rest_in_the_first_call(m
 
 
 def test_retain_is_carried_where_there_is_a_word_for_it(mine: Path) -> None:
-    """Source: MELSEC iQ-R, label classes: VAR_RETAIN, VAR_OUTPUT_RETAIN; no such input."""
+    """Source: MELSEC iQ-R, label classes: VAR_RETAIN, VAR_OUTPUT_RETAIN; none for inputs."""
     omron = export("omron", program=[mine], only_needed=True).files
     assert "Count\tINT\t4\tTRUE\t\t\n" in omron["program/FB_Mine.internals.txt"]
     assert "Kept\tMINE_PAIR\t\tTRUE\t\t\n" in omron["program/FB_Mine.internals.txt"]

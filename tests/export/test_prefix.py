@@ -93,8 +93,8 @@ def _renamed(prefix: str) -> Sources:
 
 
 def _new(word: str, prefix: str) -> str:
-    """Return a name of the library with its prefix, by hand."""
-    if word.startswith("Zero_"):  # a tag of zeros from which Logix copies
+    """Return a name of the library with its prefix; the rules are written here again by hand."""
+    if word.startswith("Zero_"):  # a tag that contains zeros, from which Logix copies
         return f"Zero_{_new(word[5:], prefix)}"
     if word not in _names() or word.startswith(prefix):
         return word
@@ -161,7 +161,7 @@ def test_matiec_compiles_it_under_other_names(tmp_path: Path) -> None:
 
 
 def test_names_that_the_user_declares_stay_and_are_meant(tmp_path: Path) -> None:
-    """The names include a block, a member, fields, pins and texts that the library has, too."""
+    """The names include a block, a member, fields, pins and texts as in the library."""
     source = tmp_path / "Mine.st"
     source.write_text(_OWN)
     output = export("st", program=[source], only_needed=True, prefix="Yam_")

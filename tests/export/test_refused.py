@@ -21,7 +21,8 @@ _TOOLS = (
     *("codesys", "twincat", "siemens", "rockwell", "omron", "mitsubishi", "keyence", "matiec"),
 )
 
-#: Lines: 3 a comment with //, 4 a pointer, 8 another comment, 9 a conversion, 10 a bit without `;`.
+#: Line 3 has a comment with //, line 4 a pointer, line 8 another comment, line 9 a conversion, line
+#: 10 a bit without `;`.
 _HABITS = """\
 PROGRAM P1
 VAR
@@ -127,7 +128,9 @@ def test_a_tool_takes_its_own_files(
 
 
 def test_the_label_of_an_enumeration_stays_one(tmp_path: Path, capsys: Captured) -> None:
-    """CODESYS accepts it, and a constant. Other tools get the member's name, never its number.
+    """CODESYS accepts a member with its type, or a constant, as a label.
+
+    Other tools need the member alone, or a number.
 
     Source: CODESYS help, CASE (_cds_st_instruction_case.html); design, section 4
     """
@@ -203,6 +206,9 @@ def test_a_construct_without_a_source_is_assumed() -> None:
 
 @pytest.mark.skipif(find_matiec() is None, reason="needs matiec (RCX_MATIEC or PATH)")
 def test_matiec_takes_and_refuses_what_the_table_says(tmp_path: Path) -> None:
-    """Each program has a single construct. Those of `test_constructs` are tried there."""
+    """Each program has a single construct.
+
+    The constructs of `test_constructs` are tried in that test.
+    """
     said = {name: name in tools()["matiec"].takes for name in HABITS}
     assert {name: iec2c_takes(*HABITS[name], tmp_path) for name in HABITS} == said

@@ -17,9 +17,11 @@ from structured_text.export.output import write
 
 #: Targets that can be read back, with the name of the written file or folder.
 _READ = {"st": "one.st", "plcopen": "one.xml", "twincat": "plc", "scl": "one.scl", "l5x": "one.L5X"}
-#: Examples of the quick tier: words, general I/O, texts with arrays of structures.
+#: Examples of the quick tier: images of words, general-purpose I/O, and texts with arrays of
+#: structures.
 _QUICK = ("01_power_up", "03_general_io", "06_teach_points")
-#: Examples that can be carried (09 has located variables), for targets that rewrite statements.
+#: Examples that targets can export if they rewrite statements. 09 is missing because it has located
+#: variables.
 _ALL = [one for one in EXAMPLES if one.name[:2] != "09"]
 _CASES = [(target, one.name) for target in _READ for one in (_ALL if target == "l5x" else EXPORTED)]
 
@@ -76,7 +78,7 @@ def test_an_example_runs_from_what_a_tool_gets(target: str, name: str, tmp_path:
 def test_an_export_is_the_same_every_time(target: str) -> None:
     """Two exports are equal, including identifiers of TwinCAT and dates of L5X.
 
-    Source: docs/how-to/export.md: made again, a file has not changed.
+    Source: docs/how-to/export.md: a second export does not change a file.
     """
     assert TARGETS[target].write(sample()) == written(target)
 
@@ -105,7 +107,9 @@ _IN_WORDS = {one: f"{one}Words" for one in ("FB_ReadArea", "FB_WriteArea")}
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_a_part_that_is_not_carried_is_named(target: str) -> None:
-    """A task is made in the tool. For blocks with an array of BYTE there are blocks with words.
+    """Only a task and blocks with an array of BYTE may be missing.
+
+    The user makes the task in the tool, and calls the blocks for words.
 
     Source: docs/how-to/export.md.
     """

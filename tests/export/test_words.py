@@ -31,7 +31,7 @@ FUNCTIONS, BLOCKS = (
     for every in (dict[str, Any](standard.FUNCTIONS), dict[str, Any](standard.BLOCKS))
 )
 
-#: The list of each target.
+#: The list of names for each target.
 _LISTS = {
     **{one: one for one in ("twincat", "scl", "omron", "mitsubishi", "keyence")},
     "st": "iec",
@@ -193,7 +193,7 @@ def test_all_of_the_library_is_on_each_list(name: str, sources: Sources) -> None
 @pytest.mark.parametrize("name", [example.name for example in EXAMPLES])
 def test_each_example_is_on_each_list(name: str) -> None:
     parts = example_sources(name).parts
-    located = name.startswith("09")  # Logix does not have these, and they are left out there
+    located = name.startswith("09")  # 09 has located variables, Logix does not
     for listed in set(_LISTS.values()) - ({"logix"} if located else set()):
         assert unwritten(parts, words(listed)) == {}, listed
 
@@ -254,7 +254,10 @@ def test_calls_of_the_library_are_on_the_list(target: str) -> None:
 def test_a_standard_function_is_written_in_the_form_of_the_list(
     target: str, statement: str, wanted: str, tmp_path: Path
 ) -> None:
-    """The expected forms are by hand from the vendors' lists. The sources are in `export/words`."""
+    """The expected forms were copied by hand from the vendors' lists.
+
+    The sources are in `export/words`.
+    """
     files, left_out = _exported(target, tmp_path, _block("MINE", "", statement))
     assert left_out == ()
     assert wanted in _body(target, files, "FB_MINE")

@@ -54,8 +54,8 @@ def _texts(folder: Path) -> dict[str, bytes]:
 def _full() -> Iterator[None]:
     """Limit each file to 600 bytes, which simulates a full disk.
 
-    Python would not notice that its files of compiled code are cut, too. Therefore it writes none.
-    The limit ends within the test, since pytest writes its own output right afterwards.
+    Python would not notice that files with compiled code are cut off, so it does not write such
+    files. The limit ends within the test, because pytest writes its own output after the test.
     """
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     with pytest.MonkeyPatch.context() as python:
@@ -100,9 +100,9 @@ def test_a_full_disk_changes_no_folder(plc: Path, capsys: Captured) -> None:
 def test_without_its_record_no_file_of_a_folder_is_written(
     plc: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
-    """Without the record, a later export would treat them as the user's files.
+    """Without the record, a later export would treat the files as files of the user.
 
-    The disk is full at the last file.
+    The disk is full when the record is written.
     """
 
     class Full(FileIO):

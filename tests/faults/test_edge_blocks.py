@@ -15,7 +15,10 @@ _MOST_SHOWN = 3
 
 
 def test_every_edge_triggered_block_has_a_scenario() -> None:
-    """Generated blocks are alike (tests/tools/library/test_generated.py), so two stand for all."""
+    """Two generated blocks represent all, as these are similar.
+
+    Source: tests/tools/library/test_generated.py.
+    """
     alike = {path.rpartition("/")[2].removesuffix(".st") for path in generated()}
     assert set(library().edge) - alike == set(SCENARIOS) - {"FB_MovePtp", "FB_ReadPoint"}
 

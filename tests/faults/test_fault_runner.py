@@ -1,4 +1,4 @@
-"""The fault runs detect faults: each library has a fault that a run must report."""
+"""The fault runs detect faults: each broken copy of the library must lead to a report."""
 
 from __future__ import annotations
 

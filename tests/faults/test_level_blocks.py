@@ -1,4 +1,4 @@
-"""Level blocks under faults have one of Valid, Busy and Error with Enable, and none without."""
+"""Level blocks under faults show one of Valid, Busy and Error with Enable, and none without it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fault_cell import TIMEOUT_SCANS, CaseFailure, FaultCell, library
 from fault_run import FAULTS, Fault
 from fault_scenarios import LEVELS
 
-#: Scans after Enable in which a fault comes, and in which Enable falls.
+#: Number of scans from Enable to a fault, and from Enable to its end.
 _MOMENTS = (*range(7), 14)
 _STEADY = 150
 _ENABLES: dict[str, Callable[[int, int], bool]] = {
@@ -90,7 +90,9 @@ _BLOCKS = sorted(set(library().level) & set(LEVELS))
 
 @pytest.mark.parametrize("block", _BLOCKS)
 def test_a_level_block_comes_back_from_each_fault_once(block: str) -> None:
-    """Each fault comes in scan 3. The patterns of Enable alternate, and so do the answers.
+    """Each fault comes in scan 3.
+
+    The patterns of Enable and the answers of the controller alternate from fault to fault.
 
     Source: manual chapter 1, 5; chapter 5, 2.
     """

@@ -219,7 +219,7 @@ def run(case: Case, seconds: float) -> Run:
                 scanner.write(image)
             time.sleep(_FRESH_S)
         after = _counts(pairs)
-        # The CPU time of the processes is read before and after the packets, because it takes time.
+        # The CPU time is read before and after the packets, because reading it takes time.
         used = (cpu_of_children(_MODULE) - cpu[1]) / (time.monotonic() - cpu[0]) * passed
         seen = [scanner.statistics() for _, scanner in pairs]
         gaps = json.loads(bare.communicate()[0] or "[]")

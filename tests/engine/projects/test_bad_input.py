@@ -132,7 +132,7 @@ def test_what_cannot_be_read_is_told_with_its_line(
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "iso-8859-1"])
 def test_xml_is_read_in_the_encoding_that_it_names(encoding: str, tmp_path: Path) -> None:
-    """A file that names UTF-16 but is UTF-8, as .NET writes it, is read, too."""
+    """A file that names UTF-16 but is UTF-8, as .NET writes it, can also be read."""
     name = "utf-8" if encoding == "utf-8-sig" else encoding
     text = (_DATA / "beremiz.xml").read_text(encoding="utf-8").replace("starts", "fängt")
     file = tmp_path / "a.xml"
@@ -163,7 +163,7 @@ def test_two_pous_of_one_name_are_told_with_both_places(
 def test_a_name_never_leads_out_of_the_folder(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Source: docs/how-to/projects.md: what is written."""
+    """Source: docs/how-to/projects.md."""
     text = '<project><pou name="../../evil" pouType="program"><body/></pou></project>'
     (tmp_path / "a.xml").write_text(text, encoding="utf-8")
     assert main(["import", str(tmp_path / "a.xml"), "-o", str(tmp_path / "x" / "y")]) == 2
@@ -174,7 +174,7 @@ def test_a_name_never_leads_out_of_the_folder(
 def test_import_overwrites_nothing_unless_it_is_asked_to(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Source: docs/how-to/projects.md: what is written."""
+    """Source: docs/how-to/projects.md."""
     out = tmp_path / "out"
     given = ["import", str(_DATA / "beremiz.xml"), "-o", str(out)]
     assert main(given) == 0

@@ -1,7 +1,8 @@
 """Projects in the style of four tools, each with a robot beside its machine.
 
-The constructs come from public projects of machines and are rebuilt here. For each tool there is a
-machine's file as the tool writes it, and a block of the user for the robot (`data/Robot_Cell.st`).
+The constructs come from public projects of machines and are rebuilt here. For each tool there is
+the file of a machine, as the tool writes it. The user adds a block for the robot
+(`data/Robot_Cell.st`).
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from structured_text.projects.open import project_sources
 _ROBOT = Path(__file__).parent / "data/Robot_Cell.st"
 _POINT = (120_000, -45_000, 30_000, 0, 0, 0)
 
-# --- CODESYS: the text of each object in a file of its own, as shown in the editor ----------------
+# --- CODESYS: each object is text in its own file, as shown in the editor -------------------------
 
 _CODESYS = {
     "E_Stage.st": "{attribute 'qualified_only'}\r\n{attribute 'strict'}\r\n\r\n// of the sorter\r\n"
@@ -438,9 +439,9 @@ def test_twincat_stations_behind_interfaces(tmp_path: Path) -> None:
 
 
 def test_rockwell_with_its_ladder_replaced(tmp_path: Path) -> None:
-    """With ATAN(2) = 1.107, 20.0 * 1.5 + 1.107 is above the limit of 20.
+    """With ATAN(2) = 1.107, the value 20.0 * 1.5 + 1.107 is above the limit of 20.
 
-    ATAN(1) + 3.0 is below it.
+    ATAN(1) + 3.0 is below the limit.
     """
     project = _write(tmp_path, "plant.L5X", _L5X)
     body = "Check();\nDelay.DN := Delay.ACC >= Delay.PRE;\nRobot(Release := Above);\n"

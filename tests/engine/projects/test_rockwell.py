@@ -60,7 +60,7 @@ def _timer(folder: Path, preset: int, *, accumulated: int = 0) -> Program:
 
 
 def test_tonr_counts_whole_milliseconds_and_loses_no_part_of_one(tmp_path: Path) -> None:
-    """With a call every 0.4 ms it is done after 5.2 ms, in the first call at or after 5 ms.
+    """With a call every 0.4 ms, it is done after 5.2 ms: the first call at or after 5 ms.
 
     Source: Rockwell 1756-RM003, TONR: the accumulator has units of 1 ms; DN is set when ACC is
     greater than or equal to PRE.
@@ -123,7 +123,7 @@ def test_the_power_comes_before_the_sign(tmp_path: Path, expression: str, value:
 
 
 def test_an_instance_begins_with_the_values_of_its_tag(tmp_path: Path) -> None:
-    """Values that a call does not pass stay for good. 0 is a value, too.
+    """If a call does not pass a value, the value of the tag stays. This also holds for the value 0.
 
     Source: Rockwell 1756-PM010, parameters: the value of a parameter that is not required is that
     of the instance's tag.
@@ -158,7 +158,7 @@ def test_the_largest_real_is_taken_as_tools_write_it(tmp_path: Path) -> None:
 def test_tags_keep_their_values_without_power_but_for_what_a_prescan_sets(tmp_path: Path) -> None:
     """The images are tags of a module. A timer restarts with the preset of its tag.
 
-    Source: Rockwell 1756-PM010, Prescan routine: it initialises what was kept from before.
+    Source: Rockwell 1756-PM010, Prescan routine: it initialises values that were kept.
     """
     tags = [_tag("One", "Scale"), _tag("T", "FBD_TIMER", PRE=3), '<Tag Name="a" DataType="DINT"/>']
     tags.append('<Tag Name="OutputArea" DataType="SINT" Dimensions="512"/>')

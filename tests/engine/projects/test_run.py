@@ -156,9 +156,9 @@ def test_what_was_taken_out_of_a_file_is_a_value() -> None:
 
 
 def test_a_process_image_may_be_inside_a_block(tmp_path: Path) -> None:
-    """In some tools, a PROGRAM has no static variables, so that its data are in a block.
+    """In some tools, a PROGRAM has no static variables. Its data are therefore in a block.
 
-    Source: docs/how-to/projects.md: where the areas are.
+    Source: docs/how-to/projects.md.
     """
     (tmp_path / "a.st").write_text(
         "FUNCTION_BLOCK Station\n  VAR\n    InputArea, OutputArea : RCX_IMAGE;\n"

@@ -43,7 +43,7 @@ class Request:
 
     @property
     def certain(self) -> bool:
-        """Return whether it was certainly executed: its end was Done or an abnormal end."""
+        """Return whether the command was certainly executed: Done, or an abnormal end."""
         ended = self.end_us is not None and not self.level
         return ended and self.error_id in (0, _ABNORMAL)
 

@@ -88,7 +88,7 @@ class Wire(NamedTuple):
 
 
 class Choice(NamedTuple):
-    """All choices of the environment for one scan."""
+    """Everything that the environment chooses for one scan."""
 
     number: int
     ticks: int
