@@ -27,19 +27,19 @@ def compiled(program: str | Path, engine: str = "auto") -> Program:
     The program is compiled with the library blocks that it needs, and only once, since many tests
     share it.
     """
-    return _compiled(program, engine)[0].instance()
+    return _compiled(program, engine, tuple(LIBRARY))[0].instance()
 
 
 @lru_cache(maxsize=64)
 def _compiled(
-    program: str | Path, engine: str
+    program: str | Path, engine: str, library: tuple[Path, ...]
 ) -> tuple[BuiltinProgram | NativeProgram, frozenset[str]]:
     """Return a program to copy, and the names of the instances that it calls in every scan."""
     with tempfile.TemporaryDirectory() as folder:
         file = program if isinstance(program, Path) else Path(folder) / "Program.st"
         if isinstance(program, str):
             file.write_text(program, encoding="utf-8")
-        files = needed([file], LIBRARY)
+        files = needed([file], library)
         found = build([file, *files], engine).program
         assert isinstance(found, (BuiltinProgram, NativeProgram))
         return found, frozenset(steady_instances([file], files))
@@ -66,7 +66,7 @@ class PlcBench:
         contract: bool = True,
     ) -> None:
         self.program: Program = compiled(program, engine)
-        steady = _compiled(program, engine)[1]
+        steady = _compiled(program, engine, tuple(LIBRARY))[1]
         self._monitor = ContractMonitor(self.program, steady) if contract else None
         self.now_us = 0
         self.scan_us = scan_us
