@@ -43,7 +43,7 @@ demo: $(READY)
 	@$(BIN)/rcx demo
 
 test: $(READY)
-	@echo "make test takes about three minutes on two quiet cores"
+	@echo "make test takes two to three minutes on two quiet cores"
 	@$(BIN)/python -m pytest -n $(PROCESSORS) --dist worksteal -q -m "not exhaustive" $(MORE)
 
 test-toolkit: $(READY)

@@ -244,7 +244,7 @@ def test_a_new_pallet_counts_when_its_button_is_pressed_and_not_while_it_hangs()
         assert standing() == (4, 1)
 
 
-def test_the_cycle_of_the_pallet_shows_the_alarm_of_a_part_that_was_broken_off() -> None:
+def test_the_pallet_cycle_shows_the_alarm_of_its_interrupted_movement() -> None:
     """Source: guide 1.2 (12.600)."""
     with _build("07_pallet") as cell:
         cell.run_until(lambda: cell["Main.Cycle.State"] == "WORK_FAULT", within="9s")

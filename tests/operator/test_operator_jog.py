@@ -450,10 +450,10 @@ def test_each_press_has_the_direction_of_its_own_key(stepwise: bool) -> None:
         (0x027, True, True),
     ],
 )
-def test_who_else_sets_the_speed_or_the_step_before_it_moves_ends_the_press(
+def test_another_block_that_changes_speed_or_step_before_the_movement_ends_the_press(
     code: int, harm: bool, stepwise: bool
 ) -> None:
-    """The robot would move at a speed or by a distance that was not selected at this panel.
+    """Otherwise the robot moves at a speed or by a distance that was not selected at this panel.
 
     Source: guide 4.2.14, manual movement speed; 4.2.15, automatic movement speed; 4.2.8
     """

@@ -260,7 +260,7 @@ def _programs(master: RecordedMaster) -> None:
     _up(master)
     master.pulse("SI15", 120)
     master.pulse("SI12", 120)
-    master.pulse("SI15", 120)  # during the command
+    master.pulse("SI15", 120)  # while a program runs
     master.ask("ReadTaskStatus")
     master.ask("ReadProgramInfo", method=1, program=1)
     master.ask("MoveIDirectPulses", 1, distances=(1000, 0))

@@ -1,6 +1,6 @@
-"""Each rule of the wire is broken by a trace alone, and its legal neighbour passes.
+"""Traces that break a rule of the wire are reported under it; similar legal traces are not.
 
-The traces are scans as a PLC reads and writes them. Expected results are by hand from the manual:
+The traces are scans as a PLC reads and writes them. Expected results follow from the manual:
 chapter 5, 1 to 3 (dedicated inputs), guide chapter 1, 1.1 and 1.2 (remote commands).
 """
 

@@ -43,7 +43,8 @@ class SweepOptions(VerifyOptions):
     ] = "emergency_stop,link_down,power_cycle"
     hold: Annotated[str, typer.Option(help="Duration of faults that do not end at once.")] = "500ms"
     duration: Annotated[
-        str | None, typer.Option("--for", help="Length of the good run. Default: its last entry.")
+        str | None,
+        typer.Option("--for", help="Length of the good run. Default: 1 s after the last entry."),
     ] = None
     every: Annotated[int, typer.Option(help="Inject at every N-th scan only.", min=1)] = 1
     seed: Annotated[int, typer.Option(help="Seed of the good run.", min=0, max=2**63 - 1)] = 0

@@ -101,7 +101,9 @@ def test_a_periodic_task_of_logix_without_a_rate_is_not_a_continuous_one(tmp_pat
 
 
 @pytest.mark.parametrize("interval", ["PT" + "9" * 400 + "S", "T#1.2.3s", "T#99999999999d", "PTS"])
-def test_an_interval_of_the_standard_is_read_in_full(interval: str, tmp_path: Path) -> None:
+def test_a_malformed_or_too_long_interval_in_plcopen_xml_is_refused(
+    interval: str, tmp_path: Path
+) -> None:
     """Source: docs/reference/limits.md, files; ISO 8601, durations."""
     assert "has the interval '" in _refused(_written(tmp_path, "a.xml", interval=interval))
 

@@ -24,7 +24,7 @@ __all__ = [
     "nearest",
 ]
 
-#: Number of tests from each other file that runs the POU, and number of fault runs, which are long.
+#: Most tests from a file that the head of the POU does not name. Fault runs are long: only one.
 _OF_OTHERS, _OF_FAULTS = 8, 1
 #: Number of additional tests with words of the changed line in their names.
 _ALIKE = 8

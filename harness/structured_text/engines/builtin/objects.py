@@ -1,4 +1,4 @@
-"""Code for the methods of blocks: their lookup, and the start of a program."""
+"""Generated code that adds the methods to the classes of blocks, and that starts a program."""
 
 from __future__ import annotations
 
