@@ -95,16 +95,20 @@ def _joined(found: list[Token], file: Path, report: Callable[[InputError], None]
 def _named(found: list[Token], file: Path, report: Callable[[InputError], None]) -> list[Token]:
     """Return the tokens; keywords that a declaration uses as names become names."""
     result = list(found)
-    declares = False
+    declares = names = False
     for at, token in enumerate(found):
         before = found[at - 1].type if at else ""
-        if token.type.startswith("VAR"):
-            declares = True
-        if token.type == "END_VAR" and _type(found, at + 1) != "COLON":
-            declares = False
         follows = _type(found, at + 1)
+        if token.type.startswith("VAR"):
+            declares = names = True
+        elif token.type == "END_VAR" and follows != "COLON":
+            declares = names = False
+        elif token.type == "SEMICOLON":
+            names = declares
+        elif token.type in ("COLON", "ASSIGN"):
+            names = False  # the type and the initial value follow, such as [TRUE, FALSE]
         begins = before in ("SEMICOLON", "COMMA", "CONSTANT", "RETAIN") or before.startswith("VAR")
-        if declares and token.type in KEYWORDS and follows in ("COLON", "COMMA") and begins:
+        if names and token.type in KEYWORDS and follows in ("COLON", "COMMA") and begins:
             text = f"{token} is a keyword and cannot be a name"
             report(_error(token, text, "choose another name", file))
             result[at] = Token.new_borrow_pos("IDENT", str(token), token)

@@ -6,10 +6,12 @@ Lines and columns are counted by hand. The remedies use the words of IEC 61131-3
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
 from structured_text.errors import InputError, similar
+from structured_text.language.load import analyse
 
 Errors = Callable[..., list[InputError]]
 
@@ -249,3 +251,16 @@ def test_case_and_underscores_do_not_count_for_similar_names() -> None:
     """Source: by hand."""
     assert similar("FB_MOVE_PTP", ["FB_MovePtp", "FB_Jog"]) == ["FB_MovePtp"]
     assert similar("Axis", ["FB_MovePtp", "FB_Jog"]) == []
+
+
+def test_keywords_in_initial_values_are_values(tmp_path: Path) -> None:
+    """TRUE and FALSE in a list are not names, also behind a comma and in nested values."""
+    file = tmp_path / "Lists.st"
+    file.write_text(
+        "TYPE Pair : STRUCT A, B : BOOL; C : ARRAY [0..2] OF BOOL; END_STRUCT; END_TYPE\n"
+        "PROGRAM P1\nVAR\n  L, M : ARRAY [0..2] OF BOOL := [TRUE, FALSE, TRUE];\n"
+        "  S : Pair := (A := TRUE, B := FALSE, C := [FALSE, TRUE, TRUE]);\n  N : INT;\nEND_VAR\n"
+        "N := SEL(TRUE, 1, 2);\nEND_PROGRAM\n",
+        encoding="utf-8",
+    )
+    assert analyse([file])[1] == []
