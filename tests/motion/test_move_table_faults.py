@@ -220,7 +220,7 @@ def test_a_table_that_shows_another_row_at_a_fault_is_noticed() -> None:
     wrong = f"{text}  IF Out AND Failure <> WORD#16#0000 THEN\n    Row := Last;\n  END_IF;\n"
     with (
         broken_library("motion/FB_MoveTable.st", text, wrong) as lib,
-        pytest.raises(AssertionError, match="the row that is shown is the row that runs"),
+        pytest.raises(AssertionError, match="the shown row is not the row on the wire"),
         _started(lib=lib) as watched,
     ):
         _before_each_scan(watched, "stop", 1)

@@ -237,7 +237,7 @@ def test_a_worker_without_us_is_refused(tmp_path: Path) -> None:
     with distributed.LocalCluster(n_workers=0, **_ALONE) as cluster:
         address = cluster.scheduler_address
         told = pytest.raises(
-            InputError, match=r"the worker tcp.* it has another version of rcx-harness \("
+            InputError, match=r"the worker tcp.* it has a different version of rcx-harness \("
         )
         with worker_with(tmp_path, address), told:
             list(Farm(cluster=Cluster(address)).run(math.factorial, [1]))
