@@ -189,6 +189,15 @@ def test_each_task_runs_in_every_scan_of_its_interval_in_order_of_priority(build
     assert program.read("Order1") == program.read("S1.Order1") == 114
 
 
+def test_a_program_is_read_with_its_variables_at_addresses(build: Build) -> None:
+    program = build(
+        "PROGRAM P\nVAR\n  A : INT;\n  B AT %QW0 : INT;\n  C AT %QX4.0 : BOOL;\nEND_VAR\n"
+        "A := 1; B := 2; C := TRUE;\nEND_PROGRAM\n"
+    )
+    program.scan(0)
+    assert program.read("Main") == {"A": 1, "B": 2, "C": True}
+
+
 def test_variables_at_one_address_are_one(build: Build) -> None:
     program = build(
         "PROGRAM P1\nVAR A AT %MW5 : INT; B AT %mw5 : INT; Seen : INT; END_VAR\n"
