@@ -43,8 +43,8 @@ def totals(results: Sequence[FileResult]) -> dict[str, Share]:
 def gaps(results: Sequence[FileResult], *, justified: bool = False) -> list[Gap]:
     """Return uncovered items.
 
-    With `justified` these are the items that have a reason in the source, else the items without
-    one.
+    With `justified`, return only items that have a reason in the source, else only items without a
+    reason.
 
     A statement in a branch that was not taken is represented by the branch. A condition counts only
     if MC/DC is required for its file.

@@ -139,7 +139,7 @@ class ExpressionTerms:
         return position
 
     def long_element(self, node: t.Expression) -> tuple[Alternatives, ArrayType, Value] | None:
-        """Return array, type and position of an element of a long array, or None."""
+        """Return array, type and position of an element of a long array, else None."""
         if not isinstance(node, t.Index):
             return None
         (leaf, *_) = self._machine.leaves(node.base.type)
@@ -255,7 +255,7 @@ class ExpressionTerms:
         return result
 
     def _cut(self, number: reals.Real, width: int, kind: Type) -> Value:
-        """Return a number truncated towards zero; record the obligation that it fits."""
+        """Return a number truncated towards zero; record the obligation that it fits its type."""
         signed = type_name(kind) in MOMENTS or type_name(kind) in SIGNED
         self._machine.oblige("conversion", negated(reals.fits(number, width, signed=signed)))
         return reals.cut(number, width, signed=signed)
@@ -330,7 +330,7 @@ class ExpressionTerms:
         raise UnsupportedError(f"the standard function {name} is not supported")
 
     def _known(self, node: t.Standard, arguments: list[Value]) -> None:
-        """Record an operation with known operands if its result may leave its type."""
+        """Record an operation with known operands, so that a result outside its type is noticed."""
         source, kind = node.arguments[0].type, node.type
         if not is_known(arguments[0]):
             return
@@ -361,7 +361,7 @@ class ExpressionTerms:
 
     def _bounded(self, name: str, arguments: list[Value], kind: Type) -> Value:
         def bound(op: str, one: Value, other: Value) -> Value:
-            """Return `one` if it lies beyond the limit `other`, else `other`."""
+            """Return `one` if the comparison `one op other` is TRUE, else `other`."""
             return values.choose(values.compare(op, one, other, kind), one, other, kind)
 
         if name == "LIMIT":
@@ -544,5 +544,6 @@ class ExpressionTerms:
 
 _DINT, _TIME = ELEMENTARY["DINT"], ELEMENTARY["TIME"]
 
-#: Functions that this module computes itself for known arguments; all others use the engine's code.
+#: Functions that this module computes itself for known arguments. For all other functions the
+#: engine's code computes the result.
 _OWN = ("AND", "OR", "XOR", "ADD", "MUL", "MOVE", "SEL", "MUX", "LEN", "CONCAT")

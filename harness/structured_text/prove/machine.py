@@ -37,8 +37,8 @@ _BOOL = ELEMENTARY["BOOL"]
 
 #: Highest number of rounds to which a loop is unrolled; a longer loop is refused.
 _ROUNDS = 4096
-#: Number of rounds after which the solver checks only every 16th time whether another round is
-#: possible. An additional round changes nothing, because its condition cannot hold.
+#: After this number of rounds, the solver checks only every 16th time whether another round is
+#: possible. A superfluous round changes nothing, because its condition cannot hold.
 _ASKED = 16
 
 #: The condition of a branch, and the function that runs it.
@@ -47,9 +47,11 @@ _Branch = tuple[Bool, Callable[[], None]]
 
 @dataclass(frozen=True)
 class Obligation:
-    """An operation that must not fail, with its `kind` (index, division, ...) and its position.
+    """An operation that must not fail, with the kind of failure (index, division, ...) and
+    position.
 
-    `when` is the condition under which it fails. `properties.Watch` reads these.
+    `when` is the condition under which the operation fails. `properties.Watch` reads the
+    obligations of each scan.
     """
 
     kind: str
@@ -159,7 +161,10 @@ class Machine(SymbolicMemory):
         block: str,
         in_outs: Mapping[str, Path | Alternatives],
     ) -> None:
-        """Run the body of a block on an instance; `in_outs` are the places of its VAR_IN_OUT."""
+        """Run the body of a block on an instance.
+
+        `in_outs` holds the memory places of the variables that are passed as VAR_IN_OUT.
+        """
         self.calls.append(Call(instance, block, both(*self._guards)))
         if block in BLOCKS:
             standard.run(self, instance, block)
@@ -510,7 +515,7 @@ class _Ends:
 
 @dataclass
 class _Left:
-    """The conditions under which a POU (RETURN) or a loop (EXIT) has been left."""
+    """The conditions under which a RETURN has left a POU, or an EXIT a loop."""
 
     returns: Bool = False
     exits: Bool = False
@@ -526,7 +531,7 @@ class _Left:
 
 
 def _labelled(selector: Value, labels: Iterable[tuple[int, int]], kind: Type) -> Bool:
-    """Return the condition that one of the labels of a CASE selects."""
+    """Return the condition that the selector of a CASE matches one of the labels of a branch."""
     return either(
         *(
             values.compare("=", selector, low, kind)

@@ -164,7 +164,10 @@ def _is_nan(number: Real) -> Bool:
 
 
 def _key(number: Real) -> Any:
-    """Return bits with an unsigned order that is the order of the numbers; both zeros are equal."""
+    """Return the number as unsigned bits that sort like the REAL numbers.
+
+    +0 and -0 give the same bits.
+    """
     pattern = _pattern(number)
     if isinstance(pattern, int):
         pattern = 0 if pattern == _SIGN else pattern
@@ -180,7 +183,7 @@ _MIRRORED = {"<": ">", ">": "<", "<=": ">=", ">=": "<=", "=": "=", "<>": "<>"}
 
 
 def compare(op: str, left: Real, right: Real) -> Bool:
-    """Return a comparison, in which NaN is unequal to everything."""
+    """Return the result of a comparison; NaN is unequal to every number."""
     if left.known and right.known:
         return bool(COMPARISONS[op](left.value, right.value))
     if op == "<>":
@@ -288,7 +291,7 @@ def _float(value: int) -> Any:
 
 
 def to_integer(number: Real, width: int, *, signed: bool) -> Any:
-    """Return the nearest whole number, halves to even.
+    """Return the nearest whole number; a half is rounded to the even neighbour.
 
     A negative number is 0 in an unsigned type.
     """

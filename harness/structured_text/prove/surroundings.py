@@ -25,7 +25,7 @@ __all__ = ["Given", "Input", "Surroundings", "path_of"]
 
 @dataclass(frozen=True)
 class Input:
-    """A variable that may be set from outside before each scan, with its path as a name."""
+    """A variable that may be set from outside before each scan; `name` is its path."""
 
     name: str
     path: Path
@@ -73,7 +73,7 @@ class Surroundings:
         self.inputs = [one for one in self._inputs() if one.path not in held]
 
     def held(self) -> Iterator[Path]:
-        """Yield the places that are not inputs, because `give_areas` sets them."""
+        """Yield the memory places that `give_areas` sets; they do not count as inputs."""
         return iter(())
 
     def give_areas(self, machine: Machine, number: int) -> dict[int, tuple[list[Any], Any]]:

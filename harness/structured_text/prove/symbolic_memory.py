@@ -24,7 +24,8 @@ __all__ = ["Alternatives", "Leaf", "Path", "SymbolicMemory", "leaves"]
 
 #: The path of a variable: names and positions, from the outermost variable inwards.
 Path = tuple[Any, ...]
-#: The paths that an access may refer to, each with its condition; exactly one condition holds.
+#: The paths that an access to a variable may refer to, each with its condition. Exactly one
+#: condition holds.
 Alternatives = list[tuple[Bool, Path]]
 #: Arrays of scalars with more elements than this are stored as one array term.
 _LONG = 64
@@ -81,8 +82,7 @@ class SymbolicMemory:
 
     Attributes:
         assumptions: The conditions that are assumed, for example the range of an arbitrary value.
-        places: The path of the variable that a solver variable stands for, by the name of the
-            solver variable.
+        places: Maps the name of a solver variable to the path of the program's variable.
     """
 
     def __init__(self, project: Project) -> None:
