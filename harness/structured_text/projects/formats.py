@@ -10,7 +10,7 @@ from structured_text.errors import InputError
 
 __all__ = ["OBJECTS", "PLCPROJ", "SCL", "TASKS", "in_folder", "is_project"]
 
-#: Endings of the files of PLCopen XML and of Rockwell.
+#: Endings of PLCopen XML files and of Rockwell files.
 _XML, _L5X = ".xml", ".l5x"
 #: Endings of a TwinCAT project, and of a task of such a project.
 PLCPROJ, TASKS = ".plcproj", ".tctto"

@@ -59,7 +59,7 @@ _TYPES = {
     **{f"{name}_LTIME": name for name in ("TON", "TOF", "TP")},
     **{f"{name}_INT": name for name in ("CTU", "CTD", "CTUD")},
 }
-#: Blocks that can be called on a data block of one of these types, as `Timer.TON(...)`.
+#: Types of data blocks, with the blocks that can be called on them, as in `Timer.TON(...)`.
 _GENERIC = {"IEC_TIMER": ("TON", "TOF", "TP"), "IEC_COUNTER": ("CTU", "CTD", "CTUD")}
 _CALLED = tuple(name for names in _GENERIC.values() for name in names)
 #: Kinds of tokens that can be names.
@@ -115,7 +115,7 @@ def _text(file: Path) -> str:
 
 
 def _is_narrow(content: bytes) -> bool:
-    """Return whether a source is neither UTF-8 nor UTF-16 with a byte order mark."""
+    """Return whether a source has another encoding than UTF-8, or UTF-16 with a byte order mark."""
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         return False
     try:
@@ -162,7 +162,7 @@ def started(units: Sequence[Unit]) -> Project:
 
 @dataclass
 class _Data:
-    """Initial values of a data block, nested by the steps of their paths."""
+    """The initial values of a data block, nested by member like the structure."""
 
     values: dict[str, _Data | str] = field(default_factory=dict)
 
@@ -222,7 +222,10 @@ class _Reader:
         return InputError(message, file=self._file, line=self._line(token), hint=hint)
 
     def _find(self, word: str, first: int, end: int) -> int:
-        """Return the index of the first token with this word from `first` on; else `end`."""
+        """Return the index of the first token with this word from `first` on.
+
+        If there is no such token, return `end`.
+        """
         return next((k for k in range(first, end) if self._at(k).word == word), end)
 
     def _at(self, place: int) -> _Token:
@@ -315,7 +318,7 @@ class _Reader:
             raise self._error("a ';' is missing", entry[-1])
 
     def _header(self, place: int, end: int, word: str) -> int:
-        """Blank the header between a name and the variables; return the index behind it."""
+        """Blank the header between a block's name and its variables; return the next index."""
         if word == "FUNCTION" and self._at(place).text == ":":
             result = self._at(place + 1)
             if result.word == "VOID":
@@ -434,7 +437,10 @@ class _Reader:
             self._generic_type(token, self._declared(place))
 
     def _generic_type(self, token: _Token, name: str) -> None:
-        """Rename a block or type, or choose it by the block that is called on the variable."""
+        """Rename a Siemens block or type.
+
+        A generic type is replaced by the block that is called on the variable.
+        """
         if token.word in _TYPES:
             token.new = _TYPES[token.word]
         elif token.word in _GENERIC:

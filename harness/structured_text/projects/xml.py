@@ -46,10 +46,10 @@ class Element:
     r"""An XML element; names have no namespace prefix.
 
     Attributes:
-        at: The line of its start tag.
-        content: Its elements and pieces of text. A piece continues the line of the piece before
-            it; the piece `"\n"` ends a line.
-        end: The line of its end tag.
+        at: The line of the start tag.
+        content: The child elements and pieces of text. A piece continues the line of the piece
+        before it; the piece `"\n"` ends a line.
+        end: The line of the end tag.
     """
 
     name: str
@@ -59,7 +59,7 @@ class Element:
     end: int = 0
 
     def get(self, name: str, default: str = "") -> str:
-        """Return an attribute."""
+        """Return an attribute as text; empty if the element does not have it."""
         return self.attributes.get(name, default)
 
     @property
@@ -68,14 +68,14 @@ class Element:
         return [one for one in self.content if isinstance(one, Element)]
 
     def all(self, *path: str) -> list[Element]:
-        """Return the elements on a path of names."""
+        """Return the elements that a path of names leads to, from child to child."""
         found = [self]
         for name in path:
             found = [child for one in found for child in one.children if child.name == name]
         return found
 
     def first(self, *path: str) -> Element | None:
-        """Return the first element on a path of names, or None."""
+        """Return the first element that a path of names leads to, or None."""
         found = self.all(*path)
         return found[0] if found else None
 

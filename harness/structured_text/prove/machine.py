@@ -47,8 +47,7 @@ _Branch = tuple[Bool, Callable[[], None]]
 
 @dataclass(frozen=True)
 class Obligation:
-    """An operation that must not fail, with the kind of failure (index, division, ...) and
-    position.
+    """An operation that must not fail, with the kind of failure (such as index) and position.
 
     `when` is the condition under which the operation fails. `properties.Watch` reads the
     obligations of each scan.

@@ -372,7 +372,7 @@ class _Work:
     # --- search ---
 
     def _search(self, scan_us: int, scans: int, share: float) -> None:
-        """Search for runs of up to `scans` scans that break a property, within a share of the time."""
+        """Search for runs of up to `scans` scans that break a property, in a share of the time."""
         end = time.monotonic() + share * max(map(self._left, self.open))
         going = self._searches.pop(scan_us, None)
         milliseconds = self.bench.library.milliseconds

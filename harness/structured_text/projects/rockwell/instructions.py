@@ -90,7 +90,8 @@ FUNCTION_BLOCK FBD_ONESHOT
   END_IF;
   Before := InputBit;
 END_FUNCTION_BLOCK"""
-#: Tags of ladder instructions, which only hold data here because ladder is not executed.
+#: Structures for the tags of ladder instructions. They only hold data, because ladder is not
+#: executed.
 _LADDER = {
     "TIMER": {"BOOL": ("EN", "TT", "DN"), "DINT": ("PRE", "ACC")},
     "COUNTER": {"BOOL": ("CU", "CD", "DN", "OV", "UN"), "DINT": ("PRE", "ACC")},
@@ -99,7 +100,7 @@ _LADDER = {
         "DINT": ("LEN", "POS"),
     },
 }
-#: Names of the helper types that are blocks.
+#: Names of the helper types that are function blocks.
 BLOCKS = ("FBD_TIMER", "FBD_ONESHOT")
 #: The Structured Text of the helper types, by name.
 HELPERS = {

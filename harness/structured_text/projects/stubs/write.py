@@ -29,7 +29,7 @@ _HEAD = (
 )
 #: The file with the constants of all libraries.
 _CONSTANTS = "Missing_Constants"
-#: The file of the stubs in messages, before they are written.
+#: The name of the stubs' file in messages, before the stubs are written.
 _PLACE = "(stubs)"
 _CONSTANT = re.compile(r"[A-Z][A-Z0-9_]{2,}")
 
