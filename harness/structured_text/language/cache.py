@@ -6,7 +6,7 @@ renamed, so that several processes may work at the same time.
 
 Loading an entry can execute code, because entries are pickled. Each entry is therefore signed with
 a key in another folder of the user. An entry with a wrong signature was written by another user or
-is damaged; it is ignored and made again.
+is damaged. Such an entry is ignored and made again.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ _KEY_SIZE = _SIGNATURE_SIZE = 32
 
 _T = TypeVar("_T")
 _State = tuple[int, int, int, int, int]
-#: The digest of each file that was read, and the state of the file at that time.
+#: The digest of each file that was read, with the times, size and inode that the file had then.
 _digests: dict[str, tuple[_State, bytes]] = {}
 #: A file that changed more recently [ns] may change again without a different time stamp.
 SETTLED_NS = 2_000_000_000
@@ -124,7 +124,7 @@ def _replace(file: Path, content: bytes) -> None:
         written.write(content)
     try:
         os.replace(written.name, file)
-    except OSError:  # fails on Windows while another process reads the file
+    except OSError:  # on Windows, this fails while another process reads the file
         os.unlink(written.name)
         raise
 
@@ -166,7 +166,7 @@ def _digest(path: Path) -> bytes:
 
 
 def file_state(name: str) -> _State | None:
-    """Return values that change when a file is written; None if there is no such file."""
+    """Return the times, size and inode of a file, which change when it is written, or None."""
     try:
         found = os.stat(name)
     except (OSError, ValueError):
@@ -206,7 +206,10 @@ def remembered(kind: str, key: str, make: Callable[[], _T]) -> _T:
 
 
 def kept(kind: str, key: str, make: Callable[[], _T]) -> _T:
-    """Return the result of `make` for this key, cached in the folder; it must be picklable."""
+    """Return the result of `make` for this key, cached in the folder.
+
+    The result must be picklable.
+    """
     place = folder() if key else None
     if place is None:
         return make()

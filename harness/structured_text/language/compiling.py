@@ -75,7 +75,7 @@ def uncollected() -> Iterator[None]:
 
 @dataclass
 class _Pauses:
-    """The pauses of all threads that have not ended yet."""
+    """The number of pauses that have not ended yet, in all threads."""
 
     lock: threading.Lock = field(default_factory=threading.Lock)
     count: int = 0

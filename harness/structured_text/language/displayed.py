@@ -43,18 +43,19 @@ __all__ = [
     "value_text",
 ]
 
-#: An array with more elements is shown as a single value, because so many lanes are unreadable.
+#: Largest number of array elements that are shown one by one. A longer array is shown as a single
+#: value, because so many rows of a chart are unreadable.
 LONGEST = 64
 
 #: Significant decimal digits of each real type.
 _PRECISION = {"REAL": 7, "LREAL": 15}
-#: Shown elements of an array that is a single value.
+#: Number of elements that are shown of an array that is a single value.
 _SHOWN = 8
 _MILLISECOND = timedelta(milliseconds=1)
 
 
 class Part(NamedTuple):
-    """A plain variable inside a variable; `way` has the indices and names that lead to it."""
+    """A scalar inside a variable; `way` has the indices and names that lead to the scalar."""
 
     path: str
     type: Type
@@ -71,7 +72,7 @@ def is_long(kind: Type) -> bool:
 
 
 def count(kind: Type) -> int:
-    """Return the number of plain variables that `parts` would yield."""
+    """Return the number of parts that `parts` would yield."""
     if isinstance(kind, (StructType, BlockType)):
         return sum(count(member) for _, member in members(kind))
     if isinstance(kind, ArrayType) and not is_long(kind):
@@ -220,7 +221,7 @@ def described(kind: Type) -> Any:
 
 
 def _whole_number(given: Any) -> int:
-    """Return a whole number as it is, or raise ValueError; a float may be infinite."""
+    """Return a whole number unchanged, or raise ValueError for any other value."""
     if type(given) is not int:
         raise ValueError("no whole number")
     return given

@@ -21,7 +21,7 @@ _SCL_ONLY = frozenset(("DATA_BLOCK", "ORGANIZATION_BLOCK"))
 _SCL_QUOTED = frozenset(("FUNCTION_BLOCK", "FUNCTION", "TYPE", *_SCL_ONLY))
 #: Endings of the files of SCL.
 _SCL_ENDING = {"DATA_BLOCK": ".db", "TYPE": ".udt"}
-#: Words of other languages, and what to write in Structured Text.
+#: Words of other languages, with the equivalent in Structured Text.
 _MISSPELT = {
     "BREAK": "EXIT",
     "ELSEIF": "ELSIF",
@@ -33,8 +33,8 @@ _MISSPELT = {
     "ENDREPEAT": "END_REPEAT",
     "ENDVAR": "END_VAR",
 }
-#: Tokens that may stand before the first word of a statement, and tokens that may follow the word
-#: if it is a name.
+#: Tokens that may stand before the first word of a statement. The second list has tokens that may
+#: follow this word if it is a name.
 _BEFORE = frozenset(("SEMICOLON", "THEN", "ELSE", "DO", "OF", "REPEAT", "END_VAR"))
 _BEHIND_NAMES = frozenset(("ASSIGN", "DOT", "LSQB", "COLON", "COMMA", "CARET", "LATCH"))
 #: Messages about jumps. `one_for_all` merges those of a file into a single message.
@@ -60,7 +60,7 @@ def not_structured_text(found: Sequence[Token], file: Path) -> InputError | None
 
 
 def corrected(found: list[Token], file: Path, report: Callable[[InputError], None]) -> list[Token]:
-    """Return the tokens with the right keywords; `report` gets the errors.
+    """Return the tokens with corrected keywords; `report` gets the errors.
 
     The rest of the source is then read without further errors about these words.
     """
@@ -93,7 +93,7 @@ def _joined(found: list[Token], file: Path, report: Callable[[InputError], None]
 
 
 def _named(found: list[Token], file: Path, report: Callable[[InputError], None]) -> list[Token]:
-    """Return the tokens; keywords that a declaration uses as names become names."""
+    """Return the tokens, in which each keyword that is declared as a name is a name."""
     result = list(found)
     declares = names = False
     for at, token in enumerate(found):
@@ -126,7 +126,7 @@ def _error(token: Token, message: str, hint: str, file: Path) -> InputError:
 def _right(
     found: Sequence[Token], at: int, file: Path, report: Callable[[InputError], None]
 ) -> Token:
-    """Return a token, or the keyword that was meant."""
+    """Return a token unchanged, or the keyword that a wrong word stands for."""
     token = found[at]
     meant = _MISSPELT.get(token.upper()) if token.type in ("IDENT", "LABEL") else None
     before = found[at - 1].type if at else ""

@@ -136,7 +136,7 @@ class _Builder(Statements):
         """Drop a part that could not be read."""
 
     def empty(self, *_: Any) -> None:
-        """Drop a semicolon that does not end a statement, or the END before it."""
+        """Drop a semicolon that does not end a statement or an END."""
 
     def qualified(self, *parts: Token) -> s.Name:
         return s.Name("".join(parts), position_of(parts[0]))
@@ -183,7 +183,7 @@ class _Builder(Statements):
         return s.ArraySpec(nodes_of(rest, s.Range), self._plain(rest[-1]), position_of(array))
 
     def _plain(self, spec: Any) -> Any:
-        """Return a type outside a TYPE; a parenthesis behind the name has initial arguments."""
+        """Return the type of a variable; parentheses behind its name hold initial arguments."""
         return spec.of_variable() if isinstance(spec, _Detailed) else spec
 
     def open_dimension(self, star: Token) -> s.Range:
@@ -301,7 +301,7 @@ class _Builder(Statements):
         return place
 
     def _refused(self, text: str, at: s.Position, hint: str) -> None:
-        """Report a mistake that the grammar accepts."""
+        """Report a mistake that the grammar accepts but the parser rejects."""
         self.errors.append(
             InputError(text, file=self.file, line=at.line, column=at.column, hint=hint)
         )
@@ -380,7 +380,7 @@ class _Builder(Statements):
         self.note("a PROPERTY", position_of(word))
         found: dict[str, s.Method] = {}
         for one in nodes_of(rest, s.Method):
-            # An accessor may be less accessible than its property.
+            # GET or SET may have a more restrictive access word than their property.
             own = one.words if set(one.words) & _ACCESS else ()
             found[one.name.text] = replace(
                 one,
@@ -509,7 +509,7 @@ _TABLES = "grammar.tables"
 
 
 class _NoLexer(Lexer):
-    """A lexer without tokens for lark. The tokens come from `lexer.tokens`."""
+    """An empty lexer, because lark requires a lexer. The tokens come from `lexer.tokens`."""
 
     def __init__(self, lexer_conf: Any) -> None:
         del lexer_conf
@@ -646,7 +646,7 @@ def _named(
     for one in declarations:
         if isinstance(one, s.Namespace):
             continue
-        if isinstance(one, (s.Method, s.Property)):  # it follows the POU that it belongs to
+        if isinstance(one, (s.Method, s.Property)):  # the element belongs to the POU before it
             if result and isinstance(result[-1], (s.Pou, s.Interface)):
                 result[-1] = replace(result[-1], members=(*result[-1].members, one))
             else:
