@@ -66,7 +66,7 @@ def _optional(token: Token | None) -> s.Name | None:
 def _base_of(
     bases: Sequence[s.Name | s.NamedSpec] | None,
 ) -> tuple[s.Name | None, tuple[s.Expression, ...]]:
-    """Return the block that a block extends, and the values of its generic constants."""
+    """Return the base block, and the values of the base block's generic constants."""
     if not bases:
         return None, ()
     base = bases[0]
@@ -89,13 +89,13 @@ class _Detailed:
     items: tuple[tuple[s.Expression, s.Expression | None], ...]
 
     def of_type(self, builder: _Builder) -> s.EnumSpec:
-        """Return the enumeration with a base type that the parenthesis means in a TYPE."""
+        """Return the name with parentheses as an enumeration with a base type (inside a TYPE)."""
         members = [(item, value) for item, value in self.items if isinstance(item, s.Name)]
         base = s.NamedSpec(self.name, self.name.at)
         return builder.enumeration(members, base, self.name.at)
 
     def of_variable(self) -> s.NamedSpec:
-        """Return the block with initial arguments that the parenthesis means outside a TYPE."""
+        """Return the name with parentheses as a block with initial arguments (in a VAR section)."""
         arguments = tuple(
             s.Argument(item, value, False, item.at)
             if value is not None and isinstance(item, s.Name)
@@ -253,7 +253,7 @@ class _Builder(Statements):
         return s.StructInit(nodes_of(rest, tuple), position_of(left))
 
     def _headed(self, rest: tuple[Any, ...]) -> None:
-        """Note a semicolon behind the first line of a POU."""
+        """Note a superfluous semicolon behind the first line of a POU."""
         for token in rest[:1]:
             if isinstance(token, Token) and token.type == "SEMICOLON":
                 self.note("a ; behind the name of a POU", position_of(token))

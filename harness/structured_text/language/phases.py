@@ -95,7 +95,7 @@ class _Task:
         self._file = next((source.file for pou, source in found if pou is self.first), folder)
 
     def uses(self, source: s.Source) -> tuple[Use, ...]:
-        """Return the constructs of a source, and the construct of the joined program."""
+        """Return the constructs of a source that are not portable, including the joined program."""
         if self.first is None or not any(one is self.first for one in source.declarations):
             return source.uses
         use = Use("a program of _INIT and _CYCLIC", source.file, self.first.at)
@@ -140,7 +140,7 @@ class _Task:
 
 
 def _globals(node: s.Pou, file: Path) -> list[s.GlobalList]:
-    """Return the variables of a `.var` file that belongs to no task: they are global."""
+    """Return the variables of a `.var` file outside of any task as global variables."""
     return [
         s.GlobalList(s.Name(file.stem, one.at), replace(one, kind="VAR_GLOBAL"), one.at)
         for one in node.sections

@@ -78,5 +78,5 @@ def _replaced(found: list[Token], file: Path, uses: list[Use]) -> Iterator[Token
 
 
 def _name_behind(rest: Iterable[Token]) -> str:
-    """Return the name behind a word such as METHOD and its access words."""
+    """Return the name of the element that a word such as METHOD begins, behind the access words."""
     return next((str(token) for token in rest if token.type not in _HEADS), "")

@@ -57,8 +57,7 @@ from structured_text.output.limits import MOST_LEVELS
 __all__ = ["Types", "default_scalar", "fills", "is_null"]
 
 
-#: A pointer with a target that is not resolved yet, and the names that are known at its
-#: declaration.
+#: A pointer whose target is not resolved yet, with the names that are known at its declaration.
 _Unlinked = tuple[
     ReferenceType,
     s.TypeSpec,
@@ -91,13 +90,13 @@ class Types:
 
     Attributes:
         types: Structures, arrays, enumerations and aliases by upper-case name.
-        initial: The initial value of each of them.
+        initial: The initial value of each type in `types`.
         blocks: Function blocks and programs by upper-case name.
         pous: Functions, blocks and programs by upper-case name.
         globals: Global variables by upper-case name.
         lists: Lists of globals: for each variable's upper-case name its key in `globals`.
         local: Variables of the POU that is being declared.
-        sections: The sections of that POU.
+        sections: The sections of the POU that is being declared.
         views: Whether memory is read as another type; see `Project`.
         extents: The sizes of types, for the limits.
         extended: The structure that a structure extends, by upper-case name.
@@ -258,7 +257,7 @@ class Types:
         return kind, values
 
     def any_type(self, spec: s.TypeSpec, where: Declared) -> tuple[Type, Any] | None:
-        """Return type and initial value of an input that is ANY or ANY_INT; None for others."""
+        """Return type and initial value of an ANY or ANY_INT input; None for other types."""
         key = spec.name.key if isinstance(spec, s.NamedSpec) else ""
         if key not in GROUPS or key in self.registry.types:
             return None
@@ -271,7 +270,7 @@ class Types:
         return named, self.initial[ANY_TYPE]
 
     def is_bit(self, spec: s.TypeSpec, where: Declared) -> bool:
-        """Return whether a field, or a variable of a block, is a BIT; note it."""
+        """Return whether a field or a block's variable has the type BIT, and note the construct."""
         found = isinstance(spec, s.NamedSpec) and spec.name.key == "BIT"
         if not found or "BIT" in self.registry.types:
             return False
@@ -524,7 +523,7 @@ class Types:
         return Constant(found.value, ELEMENTARY[pair[1]], True) if fits else None
 
     def _looking(self, where: Declared, earlier: EnumType) -> Callable[..., Constant | None]:
-        """Return a lookup that also finds members of an enumeration under construction."""
+        """Return a lookup that also finds members of the enumeration being resolved."""
 
         def lookup(node: s.Expression) -> Constant | None:
             names = [one.upper() for one in earlier.members]
@@ -565,7 +564,7 @@ class Types:
         return self._listed
 
     def _declared_constant(self, key: str) -> Constant | None:
-        """Return a constant of sections that are not declared yet."""
+        """Return the value of a constant in sections whose variables are not declared yet."""
         for section, declared in self.sections:
             for name, variable in _constants(section):
                 if name == key:
@@ -739,7 +738,7 @@ class Types:
         kind: ArrayType,
         where: Declared,
     ) -> list[s.Init | None]:
-        """Return the values of all elements; None for an element with its default."""
+        """Return the values of all elements; None for an element that has its default value."""
         result: list[s.Init | None] = []
         for count, item in items:
             times = 1 if count is None else self.integer(count, where)
@@ -780,7 +779,7 @@ def is_null(node: Any) -> bool:
 
 
 def fills(have: Type, want: Type) -> bool:
-    """Return whether an array can be passed to a parameter of open length."""
+    """Return whether an array can be passed to a parameter that is an array of open length."""
     return (
         isinstance(have, ArrayType)
         and isinstance(want, ArrayType)

@@ -32,7 +32,7 @@ _SIZES = {
 
 
 def size_of(kind: Type) -> int | None:
-    """Return the bytes of a variable of the type.
+    """Return the size of a variable of this type [bytes].
 
     The result is None for blocks, because each tool lays them out in its own way. Each field of a
     structure lies at a multiple of its alignment. The alignment of a field is its size, at most 8.
@@ -42,7 +42,7 @@ def size_of(kind: Type) -> int | None:
 
 
 def block_size(kind: Type) -> int | None:
-    """Return the bytes of a block, or of a variable with blocks inside.
+    """Return the size [bytes] of a block, or of a variable with blocks inside.
 
     Each tool lays out blocks in its own way. Here a block is a structure: a pointer to the methods,
     the variables of the base block, and the block's own variables. A VAR_IN_OUT is a pointer. The

@@ -285,7 +285,7 @@ class Same:
 
 @dataclass(frozen=True)
 class Generic:
-    """The argument for an input that is ANY: pointer, class and size [bytes] of its target."""
+    """The argument for an ANY input: a pointer to a variable, with its class and size [bytes]."""
 
     pointer: Expression
     number: int
@@ -396,7 +396,7 @@ class Case:
 
 @dataclass(frozen=True)
 class For:
-    """A FOR loop that counts `counter` from `start` to `end`; all four have its type."""
+    """A FOR loop from `start` to `end`; start, end and step have the type of the counter."""
 
     counter: Variable
     start: Expression
@@ -474,7 +474,7 @@ Statement = (
 
 _FIRST = Position(1, 1)
 
-#: Last part of the name of the variable that holds a VAR_IN_OUT of a block after a call.
+#: Suffix of the name of the variable that holds a block's VAR_IN_OUT after a call.
 AFTER_CALL = "after_call"
 
 

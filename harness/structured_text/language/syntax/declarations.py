@@ -153,7 +153,7 @@ Init = ArrayInit | Sequence | StructInit | Expression
 
 @dataclass(frozen=True)
 class VarDecl:
-    """A declaration of one or more variables of one type; `address` is the `%QW3` of an AT.
+    """A declaration of one or more variables of one type; `address` stands behind AT: `%QW3`.
 
     `bound` is true if the initial value stands behind REF=.
     """
@@ -334,8 +334,8 @@ class Source:
         uses: Constructs beyond the portable subset (`constructs.Use`).
         pragmas: The contents of { }.
         errors: The errors of the lexer and the parser.
-        namespaces: The namespaces that it declares and uses.
-        characters: Length of its text.
+        namespaces: The namespaces that the file declares and uses.
+        characters: Length of the text of the file.
         tokens: Number of words, numbers and signs.
         entries: The entries of VAR_CONFIG.
     """
