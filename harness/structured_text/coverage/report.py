@@ -30,7 +30,7 @@ class Gap:
 
 
 def totals(results: Sequence[FileResult]) -> dict[str, Share]:
-    """Return the shares of several files together."""
+    """Return the covered shares over all files."""
     return {
         "statements": sum((one.statement_share for one in results), Share()),
         "branches": sum((one.branch_share for one in results), Share()),
@@ -121,7 +121,7 @@ def _counts(item: Item) -> bool:
 
 
 def total(results: Sequence[FileResult]) -> Share:
-    """Return the share of statements and branches together."""
+    """Return the covered share of all statements and branches together."""
     shares = totals(results)
     return shares["statements"] + shares["branches"]
 

@@ -190,7 +190,7 @@ class _Statements:
         return isinstance(node, s.Call) and node.function.key == "__NEW" and "__NEW" not in known
 
     def _new(self, node: s.Assign) -> list[t.Statement]:
-        """Return the assignment of a new variable, and the call of its `INIT` with arguments."""
+        """Return the statements for `pointer := __NEW(…)`: assignment and call of `INIT`."""
         assert isinstance(node.value, s.Call)
         target = self._expressions.place(node.target)
         self._write(target)

@@ -151,7 +151,7 @@ class Statements(Transformer[Token, Any]):
         branches = nodes_of(rest, s.CaseBranch)
         if any(_is_text(label) for branch in branches for label in branch.labels):
             self.note("a CASE of texts", position_of(word))
-            # The condition of each label would call the function again.
+            # The selector is a function call, which the condition of each label would repeat.
             if isinstance(selector, (s.Call, s.Invoke)):
                 text = "a CASE of texts needs a variable"
                 hint = "assign the result to a variable first"

@@ -53,7 +53,8 @@ _T = TypeVar("_T")
 _State = tuple[int, int, int, int, int]
 #: The digest of each file that was read, with the times, size and inode that the file had then.
 _digests: dict[str, tuple[_State, bytes]] = {}
-#: A file that changed more recently [ns] may change again without a different time stamp.
+#: Least age of a file [ns]. A file that changed more recently may change again without a new time
+#: stamp.
 SETTLED_NS = 2_000_000_000
 memory: dict[str, OrderedDict[str, Any]] = {}
 """The results cached in this process by kind, the latest used last."""
@@ -113,7 +114,7 @@ def _key() -> bytes:
                 return found
         place.parent.mkdir(parents=True, exist_ok=True)
         _replace(place, os.urandom(_KEY_SIZE))
-        return place.read_bytes()  # another process may have replaced it
+        return place.read_bytes()  # another process may have replaced the key
     except (OSError, RuntimeError):
         return os.urandom(_KEY_SIZE)
 
@@ -214,7 +215,7 @@ def kept(kind: str, key: str, make: Callable[[], _T]) -> _T:
     if place is None:
         return make()
     entry = place / f"{key}.{kind}"
-    with suppress(Exception):  # missing or damaged: build it again
+    with suppress(Exception):  # the entry is missing or damaged: make the result again
         found: _T = pickle.loads(content(entry))
         return found
     made = make()

@@ -12,7 +12,8 @@ from typing import TypeVar
 
 __all__ = ["MOST_OPERATORS", "deeply", "uncollected"]
 
-#: Deepest nesting of operators, brackets and calls in an expression. A sum of n terms is n deep.
+#: Deepest nesting of operators, brackets and calls in an expression. A sum of n terms has a depth
+#: of n.
 MOST_OPERATORS = 10_000
 
 _STACK, _FRAMES = 256 << 20, 100_000

@@ -160,7 +160,7 @@ def _retyped(found: Constant, kind: Type, at: s.Position, where: Declared) -> Co
 
 
 def _is_character(have: ElementaryType, kind: ElementaryType) -> bool:
-    """Return whether a STRING literal stands for a CHAR, or a WSTRING literal for a WCHAR."""
+    """Return whether a STRING literal is used as a CHAR, or a WSTRING literal as a WCHAR."""
     return (have.name, kind.name) in (("STRING", "CHAR"), ("WSTRING", "WCHAR"))
 
 

@@ -81,7 +81,7 @@ _TRANSLATED = {
     "the size of a block": "write the number",
 }
 TRANSLATED = frozenset(_TRANSLATED)
-#: All constructs.
+#: All constructs beyond the portable subset, each with advice on what to write instead.
 CONSTRUCTS = _TRANSLATED | {
     "an enumeration with values": "leave the values out",
     "an enumeration with a base type": "leave the base type out",

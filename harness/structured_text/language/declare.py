@@ -566,7 +566,7 @@ class Scope:
 
 
 def _is_input(section: s.Section) -> bool:
-    """Return whether a parameter is only read."""
+    """Return whether the called POU only reads a parameter."""
     return section.kind == "VAR_INPUT" or section.qualifier == "CONSTANT"
 
 

@@ -91,7 +91,7 @@ def check_watched(watched: Mapping[str, Type]) -> None:
 
 
 def parts(path: str, kind: Type, way: tuple[str | int, ...] = ()) -> Iterator[Part]:
-    """Yield the plain variables in a variable; a plain variable yields itself."""
+    """Yield the scalars in a variable; a long array is yielded as a whole."""
     if isinstance(kind, (StructType, BlockType)):
         for name, member in members(kind):
             yield from parts(f"{path}.{name}", member, (*way, name))
@@ -114,11 +114,11 @@ class Changed:
     def __init__(self, watched: Mapping[str, Type]) -> None:
         check_watched(watched)
         self.parts = {path: list(parts(path, kind)) for path, kind in watched.items()}
-        """The plain variables in each watched variable."""
+        """The scalars in each watched variable."""
         self._before: dict[str, Any] = {}
 
     def take(self, values: Mapping[str, Any]) -> Iterator[tuple[Part, Any]]:
-        """Yield the plain variables of changed watched variables with their values.
+        """Yield the scalars of the watched variables that have changed, with their values.
 
         The first call yields all.
         """
@@ -161,7 +161,7 @@ def value_text(kind: Type, value: Any) -> str:
 
 
 def _written(letter: str) -> str:
-    """Return a character as in a literal: `$0A` if unprintable, `$$` and `$'` with a `$`."""
+    """Return a character as a literal has it: `$0A` for a line feed, `$$` for `$`, `$'` for `'`."""
     if letter in "$'":
         return f"${letter}"
     return letter if letter.isprintable() else f"${ord(letter):02X}"
@@ -228,7 +228,7 @@ def _whole_number(given: Any) -> int:
 
 
 def typed(description: Any, level: int = 0) -> Type:
-    """Return the type of a description by `described`; blocks become structures.
+    """Return the type that `described` has described; a block becomes a structure.
 
     Raise KeyError, TypeError, ValueError if it is not the description of a type.
     """

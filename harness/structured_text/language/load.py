@@ -204,7 +204,7 @@ def _instance(
     if name.key in (known.upper() for known in instances):
         raise declared.error(f"the program instance {name.text} is declared twice", name.at)
     clash = registry.variable_clash(name.key)
-    if clash and name.key != kind.key:  # tools name a single instance like its program
+    if clash and name.key != kind.key:  # PLC tools give a single instance the name of its program
         raise declared.error(f"{name.text} {clash}", name.at, "choose another instance name")
     if name.key in declarations.globals and name.key not in declarations.programs:
         raise declared.error(f"{name.text} is also a global variable", name.at)

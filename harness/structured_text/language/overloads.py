@@ -22,7 +22,7 @@ __all__ = ["overload", "overloads"]
 #: Separator between the name of a method and the type.
 _JOINT = "__"
 _TYPES = "TYPES"
-#: Types for untyped numbers.
+#: Types that decide the overload for an untyped number, without and with decimals.
 _WHOLE, _REAL = "DINT", "LREAL"
 
 _Node = s.Call | s.Invoke | s.CallStatement

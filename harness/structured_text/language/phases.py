@@ -21,7 +21,7 @@ __all__ = ["joined"]
 
 _INIT, _CYCLIC, _EXIT = _PHASES = ("_INIT", "_CYCLIC", "_EXIT")
 _HEADS = ".fun"
-#: Name of the flag of the first scan.
+#: Name of the variable that is TRUE as soon as `_INIT` has run.
 _DONE = "_INIT_DONE"
 
 

@@ -126,7 +126,7 @@ class Types:
         while self._unlinked:
             reference, spec, where, local, sections = self._unlinked.pop()
             before = self.local, self.sections
-            # The bounds of an array may be constants of the block.
+            # The target may be an array whose bounds are constants of the block.
             self.local, self.sections = local, sections
             try:
                 reference.target, _ = self.resolve(spec, where)
@@ -751,7 +751,7 @@ class Types:
             if isinstance(item, s.Sequence):
                 inner = self._items(item.items, kind, where) if item.items else [None]
             elif isinstance(item, s.ArrayInit) and not isinstance(kind.element, ArrayType):
-                inner = self._items(item.items, kind, where)  # a nested list is a row
+                inner = self._items(item.items, kind, where)  # a nested list is one row
             if times * len(inner) > array_length(kind):
                 text = f"{times * len(inner)} values are more than the array holds"
                 raise where.error(text, item.at)

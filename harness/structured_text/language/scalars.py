@@ -257,7 +257,7 @@ def within_real(value: float) -> float | None:
     return max(-REAL_MAX, min(REAL_MAX, float(value)))
 
 
-#: Largest durations [ns], and how a message writes them. CODESYS has LTIME without a sign.
+#: Limits of durations [ns], each with its text for messages. In CODESYS, LTIME has no sign.
 _LONGEST_TIMES = {"TIME": (1 << 63, "106,751 days"), "LTIME": (1 << 64, "213,503 days")}
 
 

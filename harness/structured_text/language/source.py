@@ -26,7 +26,7 @@ __all__ = [
 if TYPE_CHECKING:
     _AnyPath = Path
 else:
-    _AnyPath = type(Path())  # PosixPath or WindowsPath, because Path has no subclasses
+    _AnyPath = type(Path())  # PosixPath or WindowsPath, because Path itself cannot be subclassed
 
 #: Byte order marks of encodings that are not supported.
 _MARKS = {
@@ -206,7 +206,7 @@ def title_of(file: Path) -> str:
 
 
 def origin(file: Path, line: int, column: int) -> tuple[int, int]:
-    """Return the line and column in the file for those in the source's text, all from 1."""
+    """Convert line and column in the source's text to those in the file; they count from 1."""
     lines = getattr(file, "lines", None)
     if not lines:
         return line, column

@@ -272,7 +272,7 @@ def _blocks() -> dict[str, BlockType]:
 
 
 def _more_blocks() -> dict[str, BlockType]:
-    """Return the timers with the type of their duration in the name."""
+    """Return the timers with the type of the duration in the name, such as TON_LTIME."""
     blocks = []
     for name in ("TON", "TOF", "TP"):
         for long, kind in ((f"{name}_TIME", "TIME"), *((n, "LTIME") for n in _long_names(name))):

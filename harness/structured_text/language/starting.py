@@ -68,7 +68,7 @@ def _has_arguments(variable: s.VarDecl) -> bool:
 
 
 def instance_sections(node: s.Pou) -> Iterator[s.Section]:
-    """Yield the VAR_INST with an initial value in methods, as variables of the block.
+    """Yield the VAR_INST of methods that have an initial value, as variables of the block.
 
     Such a variable is part of each instance of the block, and starts with the instance.
     """

@@ -274,7 +274,7 @@ class Valid:
 class Same:
     """The comparison of two pointers or interfaces for equality (`op` is = or <>).
 
-    For two pointers `op` may also be < > <= >=. These compare positions in the same memory.
+    For two pointers, `op` may also be < > <= >=, which compare positions in the same memory.
     """
 
     op: str

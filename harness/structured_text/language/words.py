@@ -79,7 +79,7 @@ def is_soft(word: str, previous: str, text: str, behind: int) -> bool:
 
 
 class Context:
-    """The words seen so far in a source; the lexer uses it to recognise keywords."""
+    """Follows the words of a source, so that the lexer can recognise keywords."""
 
     def __init__(self) -> None:
         self._before = ""

@@ -74,7 +74,7 @@ def _tasks_note(project: Project) -> str:
 
 
 def _is_library(project: Project, projects: Sequence[Project]) -> bool:
-    """Return whether a project is a library: it has no tasks, and another project has some."""
+    """Return whether a project is a library: it has no tasks, but another project has tasks."""
     tasks = [any(unit.kind == "CONFIGURATION" for unit in one.units) for one in projects]
     own = tasks[next(k for k, one in enumerate(projects) if one is project)]
     return bool(project.titles) and not own and any(tasks)

@@ -84,7 +84,7 @@ class ExpressionTerms:
     # --- variables ---
 
     def places(self, node: t.Expression) -> Alternatives:
-        """Return the places of a variable, or of a function result that is a structure or an array.
+        """Return the memory paths of a variable, or of a returned structure or array.
 
         A constant index adds one step to the path. An index that is not constant gives one
         alternative per element, with the condition that the index selects it.
@@ -401,8 +401,7 @@ class ExpressionTerms:
             none = values.compare("=", count, 0, node.arguments[1].type)
             return value if name in ("ROL", "ROR") else both(value, none)
         if name in ("ROL", "ROR") and not is_known(count):
-            # The width is a power of two, so the lowest bits of the count are the remainder by the
-            # width.
+            # The width is a power of two, so the remainder of the count is in its lowest bits.
             low = z3.Extract(min(count.size(), width.bit_length() - 1) - 1, 0, count)
             amount = z3.ZeroExt(width - low.size(), low)
             amount = amount if name == "ROL" else -amount & width - 1

@@ -70,7 +70,7 @@ class Call:
 
 @dataclass
 class _Frame:
-    """The frame of a running POU, with the places of its variables in the memory."""
+    """The frame of a running POU, with the memory paths of its variables."""
 
     pou: t.Pou
     roots: dict[str, Alternatives] = field(default_factory=dict)
@@ -162,7 +162,7 @@ class Machine(SymbolicMemory):
     ) -> None:
         """Run the body of a block on an instance.
 
-        `in_outs` holds the memory places of the variables that are passed as VAR_IN_OUT.
+        `in_outs` holds the memory paths of the variables that are passed as VAR_IN_OUT.
         """
         self.calls.append(Call(instance, block, both(*self._guards)))
         if block in BLOCKS:
@@ -187,7 +187,7 @@ class Machine(SymbolicMemory):
         """Run a function and return its result.
 
         Scalars are passed and returned as values; structures and arrays are passed and returned as
-        their places.
+        memory paths.
         """
         if name in self.summaries:
             return self.summaries[name](self, arguments)
@@ -223,7 +223,7 @@ class Machine(SymbolicMemory):
         self._at = at
 
     def root(self, symbol: t.Symbol) -> Alternatives:
-        """Return the places in the memory for a variable of the running POU."""
+        """Return the memory paths of a variable of the running POU."""
         name = symbol.name.upper()
         if symbol.section == "VAR_EXTERNAL":
             name = symbol.source or name
@@ -373,7 +373,7 @@ class Machine(SymbolicMemory):
                 self.copy(self.expressions.places(variable), source, pins[pin].type)
 
     def _connected(self, node: t.Variable, written_back: list[Callable[[], None]]) -> Alternatives:
-        """Return the places of a variable that is connected to a VAR_IN_OUT.
+        """Return the memory paths of a variable that is connected to a VAR_IN_OUT.
 
         An element of a long array has no path of its own. The element is copied into a temporary
         variable, and a function that writes it back is added to `written_back`.

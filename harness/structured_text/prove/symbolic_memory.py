@@ -189,14 +189,14 @@ class SymbolicMemory:
     # --- reading and writing by alternatives ---
 
     def load(self, places: Alternatives, kind: Type) -> Value:
-        """Return the scalar that an access refers to, as a choice among its places."""
+        """Return the scalar that an access refers to, as a choice among its possible paths."""
         result = self._memory[places[-1][1]]
         for condition, path in reversed(places[:-1]):
             result = values.choose(condition, self._memory[path], result, kind)
         return result
 
     def store(self, places: Alternatives, kind: Type, value: Value) -> None:
-        """Write a scalar to the places that an access may refer to, each under its condition."""
+        """Write a scalar to each path that an access may refer to, under the path's condition."""
         if len(places) == 1:
             self._memory[places[0][1]] = value
             return
