@@ -81,7 +81,7 @@ def _gaps(result: FileResult) -> Iterator[Gap]:
 
 
 def conditions(result: FileResult) -> Iterator[Gap]:
-    """Yield the conditions without MC/DC, and reasons for conditions that have it."""
+    """Yield the conditions without MC/DC, and superfluous reasons for conditions with MC/DC."""
     for decision in result.decisions:
         for one in decision.conditions:
             if not one.judged.masking:

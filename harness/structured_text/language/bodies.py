@@ -91,7 +91,7 @@ def check_start(
 
 
 class _Statements:
-    """The statements of one POU; `assigned` collects the written variables."""
+    """Checks the statements of one POU; `assigned` collects the written variables."""
 
     def __init__(self, scope: Scope, report: Callable[[InputError], None]) -> None:
         self._scope = scope

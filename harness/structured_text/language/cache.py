@@ -183,7 +183,7 @@ def is_lasting(paths: Sequence[Path]) -> bool:
 
 @lru_cache(maxsize=1024)
 def _is_in(folder: Path, other: str) -> bool:
-    """Return whether a folder is another folder or below it; links are followed."""
+    """Return whether a folder equals another folder or is inside it; links are followed."""
     found, wanted = real(folder), real(other)
     return wanted in (found, *found.parents)
 
@@ -219,7 +219,7 @@ def kept(kind: str, key: str, make: Callable[[], _T]) -> _T:
         found: _T = pickle.loads(content(entry))
         return found
     made = make()
-    with suppress(OSError, RecursionError):  # the disk is full, or pickle cannot nest so deep
+    with suppress(OSError, RecursionError):  # the disk is full, or nested too deeply for pickle
         put(entry, pickle.dumps(made, protocol=5))
     return made
 

@@ -101,7 +101,7 @@ class Checking(Protocol):
         """Check and type the base of a member, element or method."""
 
     def is_variable(self, node: s.Name) -> bool:
-        """Return whether a bare name is a variable or a property."""
+        """Return whether a name without a path is a variable or a property."""
 
     def writable(self, node: s.Variable) -> t.Variable:
         """Check and type a variable that is written."""

@@ -52,7 +52,7 @@ class _Entry:
         self._instances, self._declarations = instances, declarations
 
     def resolved(self) -> tuple[str, Type]:
-        """Return path and type of the variable, or raise InputError."""
+        """Return path and type of the variable that the entry names, or raise InputError."""
         entry, where = self._entry, self._where
         if entry.initial is not None:
             hint = "write it at the variable, or at the instance"

@@ -249,7 +249,7 @@ class NotConstantError(InputError):
 
 
 def _member_or_variable(kind: EnumType, node: s.Name, where: Declared) -> Constant:
-    """Return a member of an enumeration; raise NotConstantError for another name."""
+    """Return a member of an enumeration; raise NotConstantError for any other name."""
     try:
         return member(kind, node, where)
     except InputError as error:

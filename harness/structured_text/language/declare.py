@@ -202,7 +202,7 @@ class Declarations(Types):
                 self._report(error)
 
     def starts_of_globals(self) -> Iterator[tuple[Scope, tuple[s.Section, ...]]]:
-        """Yield a function for the start of each list of globals, with the sections of the list."""
+        """Yield a generated start function for each list of globals, with the list's sections."""
         found: list[tuple[Declared, tuple[s.Section, ...], dict[str, str]]] = []
         configuration = self.registry.configuration
         if configuration is not None and isinstance(configuration.node, s.Configuration):

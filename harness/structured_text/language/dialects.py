@@ -37,7 +37,7 @@ IEC = "iec"
 MATIEC = "openplc"
 #: The file with the table of all differences.
 TABLE = Path(__file__).with_name("dialects.toml")
-#: The environment variable with the dialect of sources whose paths contain none.
+#: The environment variable with the dialect of sources whose paths do not name a dialect.
 VARIABLE = "RCX_DIALECT"
 
 

@@ -165,7 +165,7 @@ class ExpressionChecker:
         return self.references.followed(call)
 
     def is_variable(self, node: s.Name) -> bool:
-        """Return whether a bare name is a variable or a property."""
+        """Return whether a name without a path is a variable or a property."""
         known = self.scope.symbol(node.key) is not None
         return known or self.methods.is_own_property(node.key)
 

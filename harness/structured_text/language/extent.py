@@ -23,7 +23,7 @@ __all__ = ["Extents"]
 _CHARACTERS = 8
 _SHOWN = 60
 _HINT = "make arrays smaller, or declare fewer of them"
-#: Sections of variables without storage at their declaration.
+#: Sections whose variables have no storage in the POU that declares them.
 _ELSEWHERE = ("VAR_IN_OUT", "VAR_EXTERNAL")
 
 

@@ -19,7 +19,7 @@ __all__ = ["LABELS", "corrected", "not_structured_text", "one_for_all"]
 #: Words that open a block in SCL only. The second list has words before a name in double quotes.
 _SCL_ONLY = frozenset(("DATA_BLOCK", "ORGANIZATION_BLOCK"))
 _SCL_QUOTED = frozenset(("FUNCTION_BLOCK", "FUNCTION", "TYPE", *_SCL_ONLY))
-#: Endings of the files of SCL.
+#: Endings of SCL files.
 _SCL_ENDING = {"DATA_BLOCK": ".db", "TYPE": ".udt"}
 #: Words of other languages, with the equivalent in Structured Text.
 _MISSPELT = {

@@ -108,7 +108,7 @@ class Functions:
     # --- types ---
 
     def result(self, node: s.Call) -> Type | None:
-        """Return the type of the result; None if the context determines it."""
+        """Return the type of a call's result; None if the context determines the type."""
         key = chosen_function(node.function, node.arguments, self._expressions).key
         declared = self._scope.declarations.pous.get(key)
         if declared is not None:
@@ -168,7 +168,7 @@ class Functions:
     # --- calls ---
 
     def call(self, node: s.Call, want: Type | None) -> t.Expression:
-        """Check and type a call, or raise InputError."""
+        """Check and type a call of a function, or raise InputError."""
         chosen = chosen_function(node.function, node.arguments, self._expressions)
         if chosen is not node.function:
             node = replace(node, function=chosen)
@@ -251,7 +251,7 @@ class Functions:
         return t.CallFunction(pou.name.upper(), arguments, kind, in_outs, outputs)
 
     def _passed(self, argument: s.Argument, pin: t.Symbol, pou: str) -> t.Variable:
-        """Return the variable that a function writes, or raise InputError."""
+        """Return the variable that is passed to an output or VAR_IN_OUT, or raise InputError."""
         value, kind = argument.value, pin.type
         if not isinstance(value, PLACES):
             raise self._scope.error(f"{pou} needs a variable here", argument.at)
@@ -505,5 +505,5 @@ def _is_open(kind: Type) -> bool:
 
 
 def same_text(one: Type, other: Type) -> bool:
-    """Return whether both are a STRING, or both a WSTRING, of any length."""
+    """Return whether two types are both STRING, or both WSTRING, of any length."""
     return type_name(one) == type_name(other) and type_name(one) in ANY_STRING

@@ -89,7 +89,7 @@ class _Maker:
         values = [_resolved(one, constants) for one in spec.generics]
         found = self._generic.get(last_name(spec.name))
         if found is None:
-            return spec  # not a generic block of these sources: the checker reports it
+            return spec  # the name is not a generic block of these sources; the checker reports it
         home, pou = found
         names = [name for one in _generic_names(pou) for name in one]
         if len(names) != len(values) or len(self._made) >= _MOST_MADE:

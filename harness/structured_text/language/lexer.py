@@ -80,7 +80,7 @@ PUNCTUATION = {
 _SPELLINGS = {"FUNCTIONBLOCK": "FUNCTION_BLOCK", "END_FUNCTIONBLOCK": "END_FUNCTION_BLOCK"}
 #: Access specifiers that may also stand before types and programs.
 _ACCESS = frozenset(("PUBLIC", "INTERNAL"))
-#: Keywords only inside a CONFIGURATION. Elsewhere a variable may have such a name.
+#: Words that are keywords only inside a CONFIGURATION. Elsewhere they may be names of variables.
 _OF_CONFIGURATIONS = frozenset(["ON", "RESOURCE", "TASK", "WITH", "END_RESOURCE"])
 #: Words of the standard that some tools accept as names.
 _RESERVED = frozenset(
@@ -118,7 +118,7 @@ _MEANT = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_\x80-\uff
 _DECLARED = re.compile(r"\s*[:.,=]")
 _GIVEN = re.compile(r"\s*(?::=|=>)")
 _DECIMAL = re.compile(r"(?:^|#[-+]?)10#")
-#: A token with the white space before it.
+#: Matches a token with the white space before it.
 _PATTERN = re.compile(
     r"""\s*(?:
       (?P<TYPED>

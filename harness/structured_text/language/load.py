@@ -584,6 +584,6 @@ def _unit(declared: Declared) -> Unit:
 
 
 def _files(ordered: list[Declared]) -> tuple[Path, ...]:
-    """Return the files, ordered by the place of their last declaration in the dependency order."""
+    """Return the files, sorted by their last declaration in the order of dependencies."""
     last = {declared.file: rank for rank, declared in enumerate(ordered)}
     return tuple(sorted(last, key=lambda file: last[file]))

@@ -98,7 +98,7 @@ def _symbols(
 
 
 def _parts(address: str, path: str, kind: Type) -> Iterator[Located]:
-    """Yield a variable, the elements of an array, or the fields of a structure."""
+    """Yield a located variable; for an array or structure, yield its elements or fields."""
     if isinstance(kind, ElementaryType):
         yield Located(address, path, kind)
         return

@@ -55,7 +55,7 @@ class Methods:
         return t.This(above_it.block)
 
     def is_own_property(self, key: str) -> bool:
-        """Return whether a bare name is a property of the block of this POU."""
+        """Return whether a name without a path is a property of the block of this POU."""
         pou = self._scope.block
         return pou is not None and self._objects.is_property(pou.block, key)
 

@@ -53,7 +53,7 @@ def _renamed(source: s.Source, several: dict[str, list[str]]) -> s.Source:
 
 
 def _with_names(node: Any, names: dict[str, str]) -> Any:
-    """Return a node in which each name in `names` has the suffix of its new name."""
+    """Return a node in which each name gets the suffix that `names` has for this name."""
     if type(node) is tuple:  # isinstance would also accept a Position, which is a tuple
         return tuple(_with_names(one, names) for one in node)
     if isinstance(node, s.Name):

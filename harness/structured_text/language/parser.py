@@ -195,7 +195,7 @@ class _Builder(Statements):
         return self.enumeration(members, self._plain(rest[-1]), position_of(left))
 
     def enumeration(self, members: Any, base: Any, at: s.Position) -> s.EnumSpec:
-        """Return the enumeration of pairs (name, value or None)."""
+        """Return an enumeration with these members; each is a pair (name, value or None)."""
         if any(value is not None for _, value in members):
             self.note("an enumeration with values", at)
         if base is not None:
@@ -301,7 +301,7 @@ class _Builder(Statements):
         return place
 
     def _refused(self, text: str, at: s.Position, hint: str) -> None:
-        """Report a mistake that the grammar accepts but the parser rejects."""
+        """Report a mistake that the grammar itself does not find."""
         self.errors.append(
             InputError(text, file=self.file, line=at.line, column=at.column, hint=hint)
         )

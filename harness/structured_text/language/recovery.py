@@ -36,7 +36,7 @@ _OPENERS = {
     word: f"END_{word}" for word in ("IF", "CASE", "FOR", "WHILE", "REPEAT", "STRUCT", "UNION")
 }
 _CLOSERS = frozenset(_OPENERS.values())
-#: Words that end the group with the mistake.
+#: Words that end the group of statements or declarations in which a mistake is.
 _GROUP_ENDS = _CLOSERS | frozenset(
     (
         *("ELSE", "ELSIF", "UNTIL", "END_VAR", "END_TYPE", "END_ACTION", "ACTION"),

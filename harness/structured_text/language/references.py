@@ -39,7 +39,7 @@ __all__ = ["FUNCTIONS", "PLACES", "References", "place_of"]
 
 #: Nodes that are written as a variable.
 PLACES = (s.Name, s.Field, s.Index, s.Dereference, s.This)
-#: The functions that this module types. Those in `_REFUSED` are not supported.
+#: The functions whose calls this module checks. The functions in `_REFUSED` are not supported.
 FUNCTIONS = ("ADR", "REF", "__ISVALIDREF", "__QUERYINTERFACE", "__QUERYPOINTER")
 _QUERY = "IQueryInterface"
 _REFUSED = {
@@ -448,9 +448,10 @@ class References:
     def compared(
         self, op: str, left: s.Expression, right: s.Expression, at: s.Position
     ) -> t.Expression | None:
-        """Check and type the comparison of pointers or interfaces; None if neither side is one.
+        """Check and type the comparison of pointers or interfaces; None for other operands.
 
-        Pointers to data also have < > <= >=, interfaces and others only = and <>.
+        Pointers to data can be compared with = <> < > <= >=. All others can be compared with = and
+        <> only.
         """
         sides = [side for side in (left, right) if not is_null(side)]
         kinds = [self._all.infer(side) for side in sides]

@@ -65,7 +65,7 @@ _Unlinked = tuple[
     MutableMapping[str, Symbol],
     list[tuple[s.Section, Declared]],
 ]
-#: Sizes of integers [bits], with the letter of their types.
+#: Sizes of integers [bits], with the first letter of their types: SINT, INT, DINT, LINT.
 _SIZES = ((8, "S"), (16, ""), (32, "D"), (64, "L"))
 #: Names of types in other languages, with the type of IEC 61131-3 that is meant.
 _OTHER_NAMES = {
@@ -202,7 +202,7 @@ class Types:
             if value is None:
                 values.append(values[-1] + 1 if values else 0)
                 continue
-            # The value may use the members before it.
+            # The value of a member may use the members before it.
             earlier = EnumType(name, names[: len(values)], tuple(values), base.name)
             lookup = self._looking(where, earlier)
             found_value = constant(value, base, self.types, where, lookup).value
@@ -704,7 +704,7 @@ class Types:
         return self.initial_value(variable.initial, kind, declared, default)
 
     def _plain_value(self, kind: Type) -> Any:
-        """Return the initial value of a type."""
+        """Return the initial value of a variable of this type that is declared without a value."""
         if isinstance(kind, ElementaryType):
             return default_scalar(kind)
         if isinstance(kind, ArrayType):

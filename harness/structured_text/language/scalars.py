@@ -79,7 +79,7 @@ ANY_CHARS = (*ANY_STRING, "CHAR", "WCHAR")
 #: Number of hexadecimal digits of each bit string.
 DIGITS = {name: WIDTH[name] // 4 for name in ANY_BIT[1:]}
 
-#: (lowest, highest) of each integer and bit string type.
+#: The range (lowest, highest) of each integer and bit string type.
 INT_RANGE = {
     name: (-(1 << bits - 1), (1 << bits - 1) - 1) if name in SIGNED else (0, (1 << bits) - 1)
     for name, bits in WIDTH.items()

@@ -121,7 +121,7 @@ def common(one: str, other: str) -> str:
 
 
 def fitting_integer(value: int) -> str:
-    """Return the smallest signed type that holds the value, else ULINT, else empty."""
+    """Return the smallest signed type that holds the value, else ULINT; empty if none does."""
     for name in (*SIGNED, "ULINT"):
         low, high = INT_RANGE[name]
         if low <= value <= high:

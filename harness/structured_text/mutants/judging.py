@@ -59,7 +59,7 @@ def is_outcome(entry: Mapping[str, Any]) -> bool:
 
 
 class Judges(Protocol):
-    """The tests of a project: their hashes, and the notes which test killed which mutant."""
+    """The tests of a project: their hashes, and a record of the tests that killed a mutant."""
 
     def state_of(self, file: str) -> str:
         """Return a hash of a test file with all files that it uses."""

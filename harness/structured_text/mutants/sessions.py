@@ -31,7 +31,7 @@ _PYTEST = ("pytest", "py.test")
 #: The time limit of a run is a multiple of the time of its tests, plus a number of seconds. Few
 #: runs reach it, because tests wait in virtual time and the engine ends an endless loop.
 _SLOWER, _BESIDES_S = 10.0, 60.0
-#: Interval of the check whether a process has ended that has not connected yet [s].
+#: Interval [s] of the check whether the process has ended before it has connected.
 _LOOK_S = 0.2
 
 

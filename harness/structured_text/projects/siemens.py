@@ -167,7 +167,7 @@ class _Data:
     values: dict[str, _Data | str] = field(default_factory=dict)
 
     def put(self, path: Sequence[str], value: str) -> None:
-        """Set a value."""
+        """Set the initial value of the element that a path of names leads to."""
         first, *rest = path
         if not rest:
             self.values[first] = value
@@ -201,7 +201,7 @@ class _Reader:
         return bisect_right(self._starts, token.start)
 
     def units(self) -> Iterator[Unit]:
-        """Yield the blocks in order."""
+        """Yield the translated blocks of the source, in their order."""
         self._calls.update(self.generic_calls())
         place = 0
         while place < len(self._code):
@@ -270,7 +270,7 @@ class _Reader:
         """Replace the names of `CONST Name := value; … END_CONST` by their values.
 
         Such a constant has no type of its own; the type follows from its use. Raise InputError if a
-        section has no end, or an entry no value.
+        section has no end, or an entry has no value.
         """
         values: dict[str, str] = {}
         k = place

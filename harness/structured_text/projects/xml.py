@@ -124,7 +124,7 @@ def _joined(pieces: list[Line]) -> Line:
 
 
 def read_xml(file: Path) -> Element:
-    """Read a file, or raise InputError."""
+    """Read an XML file and return its root element, or raise InputError."""
     content = file_bytes(file, PROJECT)
     declared = _DECLARED.match(content[:_PROLOG])
     if declared is not None:

@@ -75,7 +75,7 @@ class _Machine(Protocol):
 
 
 class ExpressionTerms:
-    """The evaluation of expressions in the memory of a machine; `Machine` owns one."""
+    """Evaluates expressions in the memory of a machine."""
 
     def __init__(self, machine: _Machine) -> None:
         self._machine = machine
@@ -150,7 +150,7 @@ class ExpressionTerms:
         return self.places(node.base), kind, self._position(node)
 
     def assign(self, target: t.Variable, value: Value) -> None:
-        """Write a scalar."""
+        """Assign a value to a scalar variable."""
         found = self.long_element(target)
         if found is not None:
             self._machine.set_element(*found, value)

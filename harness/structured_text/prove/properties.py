@@ -121,7 +121,7 @@ class Watch:
         return found
 
     def wraps(self, machine: ProgramMachine) -> dict[Key, tuple[str, Bool]]:
-        """Return the user's arithmetic by line: its text, and when its result leaves the type."""
+        """Return text and overflow condition of the user's arithmetic, by line."""
         found: dict[Key, tuple[str, Bool]] = {}
         for one in machine.operations:
             when = one.when() if one.file in self.copies.originals else False

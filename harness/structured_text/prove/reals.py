@@ -266,13 +266,13 @@ def absolute(number: Real) -> Real:
 
 
 def from_integer(value: Any, kind: str, *, signed: bool) -> Real:
-    """Return a number from an integer, rounded to the nearest."""
+    """Convert an integer to a REAL or LREAL, rounded to the nearest number."""
     if isinstance(value, int):
         return constant(float(value), kind)
     sort = z3.Float32() if kind == "REAL" else z3.Float64()
     convert = z3.fpSignedToFP if signed else z3.fpUnsignedToFP
     if kind == "REAL" and value.size() > 53:
-        # The built-in engine converts such a number to a double first.
+        # The built-in engine converts the integer to a double first, and then rounds it to REAL.
         return _narrow(z3.fpFPToFP(z3.RNE(), convert(z3.RNE(), value, z3.Float64()), sort))
     term = convert(z3.RNE(), value, sort)
     return _narrow(term) if kind == "REAL" else Real(term, double=True)

@@ -108,7 +108,7 @@ class SymbolicMemory:
         return f"{name}!{self._fresh}"
 
     def create(self, path: Path, kind: Type, initial: Any = None) -> None:
-        """Create a variable with its initial value; in a block, each variable gets its own."""
+        """Create a variable with its initial value; each variable of a block gets its own value."""
         if isinstance(kind, BlockType):
             if kind.name in BLOCKS:
                 for leaf in self.leaves(kind):
@@ -149,7 +149,7 @@ class SymbolicMemory:
             self._memory[place] = value
 
     def assume(self, condition: Bool) -> None:
-        """Add an assumption."""
+        """Add a condition to the assumptions."""
         if condition is not True:
             self.assumptions.append(
                 condition if not isinstance(condition, bool) else z3.BoolVal(condition)

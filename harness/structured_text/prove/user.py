@@ -134,7 +134,7 @@ class Bench(Protocol):
         """Return the surroundings of a program, or raise InputError."""
 
     def blame(self, error: InputError) -> InputError:
-        """Return an error in the sources as an error with a message for users."""
+        """Return an error in the sources, with a hint if the given library is incomplete."""
 
     def replay(
         self,

@@ -126,7 +126,7 @@ TypeSpec = NamedSpec | ArraySpec | EnumSpec | StructSpec | SubrangeSpec | Pointe
 
 @dataclass(frozen=True)
 class ArrayInit:
-    """`[1, 2, 3(0)]` as pairs of (repetitions, value); repetitions is None for one."""
+    """`[1, 2, 3(0)]` as pairs of (repetitions, value); without a factor, repetitions is None."""
 
     items: tuple[tuple[Expression | None, Init], ...]
     at: Position
@@ -134,7 +134,7 @@ class ArrayInit:
 
 @dataclass(frozen=True)
 class Sequence:
-    """The repeated values of `3(1, 2)`, if they are not exactly one; empty in `3()`."""
+    """The repeated values of `3(1, 2)`. A single value is not a `Sequence`; `3()` is empty."""
 
     items: tuple[tuple[Expression | None, Init], ...]
     at: Position

@@ -77,6 +77,6 @@ class Types:
         return data.type
 
     def array(self, data: Data) -> str:
-        """Return the type of an array, in full."""
+        """Return the text of an array type, `ARRAY [...] OF ...`."""
         bounds = ", ".join(f"0..{size - 1}" for size in data.sizes)
         return f"ARRAY [{bounds}] OF {STORED.get(data.type, data.type)}"

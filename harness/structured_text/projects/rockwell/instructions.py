@@ -71,7 +71,7 @@ FUNCTION_BLOCK FBD_TIMER
   DN := EN AND ACC >= PRE;
   TT := EN AND NOT DN;
 END_FUNCTION_BLOCK"""
-#: The instructions OSRI and OSFI.
+#: The one-shot instructions OSRI and OSFI.
 _ONESHOT = """\
 FUNCTION_BLOCK FBD_ONESHOT
   VAR_INPUT RETAIN

@@ -374,7 +374,7 @@ class _Reader:
     # --- initial values -------------------------------------------------------------------
 
     def _initial(self, tag: Element) -> str:
-        """Return the initial value of a tag; empty if all of it is 0."""
+        """Return the initial value of a tag; empty if the whole value is 0."""
         data = self._data(tag)
         if _key_of(tag, "Usage") == "INOUT":
             return ""

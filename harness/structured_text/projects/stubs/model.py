@@ -1,4 +1,4 @@
-"""The interface of a missing element, inferred from its uses, and its text."""
+"""The interface of a missing element, inferred from its uses, and the text of the interface."""
 
 from __future__ import annotations
 

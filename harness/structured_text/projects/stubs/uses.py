@@ -166,7 +166,7 @@ class Uses:
             if found is not None and not self._known(callee):
                 if self._above is None or found.kind != FUNCTION or libraries_of(callee.key):
                     return found
-                # A method of the base block is more likely than a function.
+                # The name is more likely a method of the missing base block than a function.
                 del self._stubs[callee.key]
                 return self._above.method(callee.text)
             if self._known(callee):
