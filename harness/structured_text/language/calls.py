@@ -27,7 +27,7 @@ __all__ = [
 def function_arguments(
     node: s.Call, pou: t.Pou, scope: Scope
 ) -> tuple[dict[str, s.Argument], dict[str, s.Argument]]:
-    """Return the arguments of a function of the sources by the name of their pin.
+    """Return the arguments in a call of a user's function, by the name of their pin.
 
     Returns:
         The arguments of VAR_INPUT and VAR_IN_OUT by upper-case name, and the targets of outputs by
@@ -91,7 +91,9 @@ def function_arguments(
 def standard_arguments(
     node: s.Call, signature: Signature, scope: Scope
 ) -> list[tuple[s.Argument, tuple[str, str]]]:
-    """Return the arguments in the order of the pins, each with its (name, type).
+    """Return the arguments of a standard function in the order of the pins, each with its pin.
+
+    A pin is a pair (name, type).
 
     Raises:
         InputError: The arguments do not fit.
@@ -147,7 +149,7 @@ _PIN_NAMES = {
 
 
 def block_arguments(node: s.CallStatement, block: BlockType, scope: Scope) -> dict[str, s.Argument]:
-    """Return the input and in-out arguments by upper-case pin name.
+    """Return the VAR_INPUT and VAR_IN_OUT arguments of a block call by upper-case pin name.
 
     Raises:
         InputError: The arguments do not fit.

@@ -120,7 +120,7 @@ class Changed:
     def take(self, values: Mapping[str, Any]) -> Iterator[tuple[Part, Any]]:
         """Yield the scalars of the watched variables that have changed, with their values.
 
-        The first call yields all.
+        The first call yields all scalars.
         """
         for path, within in self.parts.items():
             value = values[path]
@@ -203,9 +203,9 @@ def _fraction(value: datetime | time) -> str:
 def described(kind: Type) -> Any:
     """Return the description of a type for the header of a trace.
 
-    An elementary type is its name; an enumeration `{"enum", "members"}` with the members' values;
-    an array `{"array", "of"}` with the bounds of each dimension; a structure or block
-    `{"struct", "members"}`.
+    An elementary type becomes its name. An enumeration becomes `{"enum", "members"}` with the
+    values of the members. An array becomes `{"array", "of"}` with the bounds of each dimension. A
+    structure or block becomes `{"struct", "members"}`.
     """
     if isinstance(kind, EnumType):
         values = {member: kind.value_of(member) for member in kind.members}
@@ -230,7 +230,7 @@ def _whole_number(given: Any) -> int:
 def typed(description: Any, level: int = 0) -> Type:
     """Return the type that `described` has described; a block becomes a structure.
 
-    Raise KeyError, TypeError, ValueError if it is not the description of a type.
+    Raise KeyError, TypeError or ValueError if the argument is not the description of a type.
     """
     if level > MOST_LEVELS:
         raise ValueError("too many levels")

@@ -1,6 +1,7 @@
 """Sources that are not Structured Text of IEC 61131-3, and words that have no meaning in it.
 
-Each of them is reported with a single message, instead of many about its parts.
+Each such source or word is reported with a single message, instead of many messages about its
+parts.
 """
 
 from __future__ import annotations

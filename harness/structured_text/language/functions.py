@@ -1,11 +1,10 @@
-"""Calls of functions of the sources and of standard functions, which have many names.
+"""Calls of the user's functions and of standard functions.
 
 A standard function is overloaded: `MAX` takes any ordered type. Its signature marks the pins that
 share one type with `T`. Resolution takes three steps. First, the types of all arguments at such
 pins are joined to a common type; an untyped literal has no type yet. Second, the common type must
 be in the group that the signature permits. If all arguments are untyped, the context or the kind of
-literal decides. Third, every argument is checked against that type, which converts it if it
-widens.
+literal decides. Third, every argument is checked against that type, which converts it if it widens.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """The directly represented variables of a project and their addresses.
 
 An array or structure with an address is listed element by element. Variables with an incomplete
-address (`%I*`) get their addresses here. Those of 48 bytes or more come first, because a scanner
-fills them. The others follow in order of declaration. None of these addresses overlaps a variable
-with an explicit address. VAR_CONFIG gives addresses to variables of instances.
+address (`%I*`) get their addresses here. Variables of 48 bytes or more come first, because a
+scanner fills them. Smaller variables follow in order of declaration. None of these addresses
+overlaps a variable with an explicit address. VAR_CONFIG gives addresses to variables of instances.
 """
 
 from __future__ import annotations

@@ -140,8 +140,8 @@ class Methods:
         while isinstance(node, s.Field):
             parts.append(node.name.key)
             node = node.base
-            # Each step of a long path calls this method. Without the limit, the time would grow
-            # with the square of the length.
+            # Each step of a long path calls this method. Without a limit for the length of a path,
+            # the time would grow with the square of the length.
             if len(parts) > MOST_LEVELS:
                 return False
         if not isinstance(node, s.Name) or self._scope.symbol(node.key) is not None:

@@ -7,8 +7,8 @@ from structured_text.language.types import BlockType, InterfaceType, Type
 
 __all__ = ["EXIT", "INIT", "INIT_PARAMETERS", "START", "Objects"]
 
-#: Names in CODESYS of the methods that start a block. They are composed here, because names of
-#: library blocks begin with the same prefix: a search for them must not find this module.
+#: Names in CODESYS of the methods that start a block. The names are composed here, because a search
+#: for library blocks, whose names begin with the same prefix, must not find this module.
 _BLOCK = "FB"
 INIT, START, EXIT = f"{_BLOCK}_init", f"{_BLOCK}_start", f"{_BLOCK}_exit"
 #: Number of standard parameters, which stand before the other parameters of an `INIT`.

@@ -538,8 +538,8 @@ def _parser() -> tuple[Lark, _Builder]:
     if kept is None:
         return make(), builder
     before: bytes | None = None
-    # lark unpickles its cache file, which can execute code. It therefore gets a copy of a cache
-    # entry that `cache` has verified as written by this user.
+    # lark unpickles its cache file, which can execute code. Therefore lark gets a copy of a cache
+    # entry, after `cache` has verified that this user has written the entry.
     with TemporaryDirectory(prefix=f"{COMMAND}-") as folder:
         tables = Path(folder, _TABLES)
         with suppress(OSError, ValueError):
@@ -639,8 +639,8 @@ def _named(
     """Return the declarations with names for global lists and with members in their POUs.
 
     A list of globals is named after its file. An ACTION, METHOD or PROPERTY behind a POU or
-    INTERFACE belongs to it; `errors` receives an error for each of these without a POU or
-    INTERFACE.
+    INTERFACE belongs to it; `errors` receives an error for each of these elements that follows
+    neither a POU nor an INTERFACE.
     """
     result: list[Any] = []
     for one in declarations:

@@ -2,8 +2,8 @@
 
 A task is a folder. Its `.st` files have the programs `_INIT`, which runs once before the first
 scan, `_CYCLIC`, which runs in every scan, and `_EXIT`, which runs when the task is removed. Its
-`.var` files have the variables that the three share, `.typ` files have types, and `.fun` files the
-heads of functions whose bodies are in `.st` files.
+`.var` files have the variables that all three programs share, `.typ` files have types, and `.fun`
+files the heads of functions whose bodies are in `.st` files.
 """
 
 from __future__ import annotations

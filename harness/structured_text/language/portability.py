@@ -153,7 +153,7 @@ _Found = Iterator[tuple[s.Position, str]]
 def _library(source: s.Source, prefix: str) -> _Found:
     """Yield violations of the library's rules: one declaration per file, named after the file.
 
-    The names of its types begin with the prefix.
+    All names of types must begin with the prefix of the library.
     """
     for extra in source.declarations[1:]:
         yield extra.at, "a second declaration; the library has one per file"

@@ -28,7 +28,7 @@ _HEADS = frozenset(("WORD", "FINAL", "ABSTRACT"))
 
 
 def with_names(found: list[Token], file: Path, uses: list[Use]) -> list[Token]:
-    """Return the tokens of a source with literals instead of the calls of both operators.
+    """Replace the calls of both operators in the tokens of a source by literals.
 
     `uses` receives a note for each call. A list of global variables is named after its file.
     """

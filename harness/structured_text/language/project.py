@@ -61,7 +61,7 @@ class Project:
             after those that it calls.
         initial: Complete initial value of every type in `types`, by upper-case name.
         instances: Program instances by name in order of declaration. Sources without a
-            CONFIGURATION and with exactly one PROGRAM have one, named `Main`.
+            CONFIGURATION and with exactly one PROGRAM have one instance, named `Main`.
         configured: Whether the sources have a CONFIGURATION.
         globals: Global variables by upper-case name, with their declared name and type.
         global_symbols: Global variables by upper-case name, with their initial values.

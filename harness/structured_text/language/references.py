@@ -214,7 +214,7 @@ class References:
     def characters(self, base: t.Variable, at: s.Position) -> t.Variable:
         """Return the characters of a text as an array of BYTE or WORD, from index 0.
 
-        In the dialects of Siemens they are CHAR or WCHAR, from index 1.
+        In the dialects of Siemens the characters are CHAR or WCHAR, from index 1.
 
         Raise InputError if the text is not a variable but the result of a call.
         """

@@ -611,8 +611,8 @@ class Types:
     ) -> Any:
         """Return a complete initial value.
 
-        The value of a scalar is a scalar, of an array a flat list, of a structure a dict by
-        declared field name. The value of a block is a dict of the given variables, or None.
+        The value is a scalar for a scalar, a flat list for an array, and a dict by declared field
+        name for a structure. For a block, it is a dict of the given variables, or None.
 
         Args:
             node: The initial value as written.

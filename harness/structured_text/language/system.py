@@ -66,7 +66,7 @@ _CLASSES = (
 )
 _NAMES = {"DT": "DATEANDTIME", "TOD": "TIMEOFDAY", "LDT": "LDATEANDTIME", "LTOD": "LTIMEOFDAY"}
 #: The members of ExceptionCode with their numbers, the prefix RTSEXCPT_ left out: Beckhoff InfoSys,
-#: TwinCAT 3 PLC, data type __SYSTEM.ExceptionCode (6753940235). Those of CODESYS are the same.
+#: TwinCAT 3 PLC, data type __SYSTEM.ExceptionCode (6753940235). CODESYS has the same members.
 EXCEPTION_CODES = {
     "UNKNOWN": 0xFFFFFFFF,
     "NOEXCEPTION": 0,

@@ -66,12 +66,13 @@ class Symbol:
     the variable that holds a function's result, RESULT. `initial` is the complete initial value as
     returned by `resolve.Types.initial_value`. `source` is the key of the global variable behind a
     VAR_EXTERNAL, if the two names differ. `addressed` is true if the program makes a pointer to the
-    variable, `started` if its declaration passes arguments to the block, `shared` if it is a
-    VAR_IN_OUT that methods of the block use. `calculated` is true if its initial value is not
+    variable. `started` is true if the declaration passes arguments to the block. `shared` is true
+    for a VAR_IN_OUT that methods of the block use. `calculated` is true if its initial value is not
     constant; `parts` are the parts of the initial value that are not constant. `retain` is true if
     it keeps its value over a warm start. `area` is I, Q or M if the tool chooses the address
-    (`%I*`). `access` is PRIVATE or PROTECTED if only the block `owner` (upper case), or also those
-    that extend it, may use it. `passed` is true for a VAR_IN_OUT CONSTANT that is passed by value.
+    (`%I*`). `access` is PRIVATE if only the block `owner` (upper case) may use the variable. It is
+    PROTECTED if blocks that extend `owner` may also use it. `passed` is true for a VAR_IN_OUT
+    CONSTANT that is passed by value.
     """
 
     name: str
@@ -482,9 +483,9 @@ AFTER_CALL = "after_call"
 class Pou:
     """A function, function block or program.
 
-    `block` is None for a function, `result` is None for the others. `symbols` is in the order of
-    declaration, by upper-case name. A method is also a POU: its kind is METHOD, its name is
-    `Block.Method` (`Block.Property.Get`), and `owner` is its block. `at` is the position of its
+    `block` is None for a function. `result` is None for a block or program. `symbols` is in the
+    order of declaration, by upper-case name. A method is also a POU: its kind is METHOD, its name
+    is `Block.Method` (`Block.Property.Get`), and `owner` is its block. `at` is the position of its
     first word.
     """
 

@@ -1,8 +1,9 @@
 """Several projects at once; a project may be a library of another one.
 
 A project may name an element of a library with or without the library's namespace; the sources
-contain the bare name. If two projects declare the same name, the library's element is renamed; the
-library itself, and every project that names it with its namespace, then use the new name.
+contain the name without namespace. If two projects declare the same name, the library's element
+gets a new name. The library itself then uses the new name, and so does every project that names the
+element with its namespace.
 """
 
 from __future__ import annotations

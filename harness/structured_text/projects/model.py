@@ -133,8 +133,8 @@ class Library:
     """A library that a project refers to.
 
     Attributes:
-        name: Its title, without version and company.
-        namespace: The name that stands before its elements in this project.
+        name: The title of the library, without version and company.
+        namespace: The name that stands before elements of the library in this project.
         at: The line of the reference in the project file.
         noted: Whether a note says that the library is not read. CODESYS projects refer to many
             system libraries, which get no note.

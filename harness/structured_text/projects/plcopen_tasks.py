@@ -92,7 +92,7 @@ def _start(element: Element) -> tuple[str, str]:
 def _microseconds(task: Element, file: Path) -> int:
     """Return the interval of a task [µs]: `T#10ms`, `PT0.01S` or milliseconds.
 
-    CODESYS's own setting is read if the element has no interval, or 0.
+    If the element has no interval, or the interval 0, the setting that CODESYS adds is read.
     """
     text, name = task.get("interval").strip(), task.get("name")
     settings = _settings(task)

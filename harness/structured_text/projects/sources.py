@@ -294,8 +294,9 @@ def _listed(folder: str) -> list[_Stamp]:
 def _names(folder: str) -> tuple[list[str], list[str]]:
     """Return the paths of ST files and export records in a folder, and the paths of its subfolders.
 
-    They are cached as long as the folder and its times are unchanged. A recently changed folder is
-    not cached: because of the clock's resolution, a further change might not change its times.
+    The paths are cached as long as the folder and its times are unchanged. A recently changed
+    folder is not cached: because of the clock's resolution, a further change might not change its
+    times.
     """
     seen = os.stat(folder)
     times = seen.st_mtime_ns, seen.st_ctime_ns

@@ -26,8 +26,8 @@ _DECLARED = re.compile(
     rb"(?:\xef\xbb\xbf)?<\?xml\s[^>]*?encoding\s*=\s*[\"']([A-Za-z][\w.\-]*)[\"']"
 )
 _PROLOG = 400
-#: Multi-byte encodings, with the codecs of Python. Windows uses these names for encodings with more
-#: characters, so the codecs are the larger ones.
+#: Multi-byte encodings, each with the codec of Python. Windows uses these names for encodings with
+#: more characters, so each codec is the one with more characters.
 _CODECS = {
     **dict.fromkeys(("shiftjis", "sjis", "xsjis", "mskanji", "windows31j", "cp932"), "cp932"),
     **dict.fromkeys(("eucjp", "xeucjp"), "euc_jp"),

@@ -504,8 +504,8 @@ class ExpressionTerms:
     def _to_moment(self, source: str, target: str, value: Value, node: t.Standard) -> Value:
         """Return a number, duration or date converted to a TIME or date type.
 
-        Numbers count seconds; numbers of the L types count nanoseconds. Raise UnsupportedError if a
-        date and time is converted to its date or its time of day.
+        The dialect decides in which unit a number counts (`Dialect.unit_ns`). Raise
+        UnsupportedError if a date and time is converted to its date or its time of day.
         """
         unit = self._rules.unit_ns(target)
         if source in MOMENTS:

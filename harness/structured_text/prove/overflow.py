@@ -131,7 +131,7 @@ def arithmetic(op: str, left: Value, right: Value, kind: Type, time: Span) -> Bo
 def _with_known(op: str, left: Value, number: int, low: int, high: int, kind: Type) -> Bool:
     """Return the condition that an operation with a constant leaves its type.
 
-    It needs at most two comparisons.
+    The condition has at most two comparisons.
     """
     if op in "+-":
         by = number if op == "+" else -number

@@ -1,9 +1,10 @@
 """Proof of a user's program, and search for runs that break the properties that are not proved.
 
-A property is tried in several ways. First induction: one scan from an arbitrary state, with
-arbitrary results of library calls (outline). Then short searches from the start, induction with the
-library's code, and longer searches. Invariants found automatically exclude unreachable states
-before an induction. A run that is found is replayed on the built-in engine before it is reported.
+A property is tried in several ways. The first way is induction: one scan from an arbitrary state,
+with arbitrary results of library calls (outline). Short searches from the start, induction with the
+library's code, and longer searches follow. Invariants found automatically exclude unreachable
+states before an induction. A run that is found is replayed on the built-in engine before it is
+reported.
 """
 
 from __future__ import annotations

@@ -247,8 +247,8 @@ class GlobalList:
 class Pou:
     """A function, function block or program; `kind` is its upper-case opening word.
 
-    `words` are the access words of a block in upper case, `members` its methods and properties,
-    `generics` the values of the generic constants of the block that it extends.
+    `words` are the access words of a block in upper case. `members` are its methods and properties.
+    `generics` are the values that it gives to the generic constants of its base block.
     """
 
     kind: str

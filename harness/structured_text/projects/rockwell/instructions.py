@@ -8,8 +8,9 @@ from structured_text.projects.rockwell.data import Data
 
 __all__ = ["BLOCKS", "HELPERS", "HELPER_MEMBERS"]
 
-#: The instruction TONR. Its first run clears it. A negative preset stops it. ACC counts whole
-#: milliseconds; the rest of the time counts in the next call. Source: 1756-RM003, TONR.
+#: The instruction TONR. The first run clears the timer. A negative preset stops the timer. ACC
+#: counts whole milliseconds; the rest of the time counts in the next call. Source: 1756-RM003,
+#: TONR.
 _TIMER = """\
 FUNCTION_BLOCK FBD_TIMER
   VAR_INPUT RETAIN

@@ -1,8 +1,8 @@
 """The elements of an L5X: data types, instructions, tags, programs and tasks.
 
 The types are read first, because the statements of routines need them for conversions. A routine
-that cannot be translated becomes a `Foreign` body with the reason. It is an error only if other
-parts of the project need it (see `open`).
+that cannot be translated becomes a `Foreign` body with the reason. Such a body is an error only if
+other parts of the project need it (see `open`).
 """
 
 from __future__ import annotations

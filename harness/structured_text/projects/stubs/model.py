@@ -91,7 +91,8 @@ def type_text(kind: Type | None) -> str:
 class Pin:
     """A parameter, field or member, with the types of the values that it is used with.
 
-    `place` is the number of a parameter from 1, if a call with unnamed arguments shows it, else 0.
+    If a call with unnamed arguments shows the position of the parameter, `place` is this position,
+    from 1 on. Otherwise `place` is 0.
     """
 
     name: str
