@@ -190,7 +190,7 @@ def _built(text: str, dialect: str) -> BuiltinProgram:
 
     The program keeps no values between scans, so several conditions may share it.
     """
-    # Imported late, because few runs have conditions.
+    # The import is here because few runs have conditions.
     from structured_text.language.load import load
 
     with tempfile.TemporaryDirectory() as folder:

@@ -35,7 +35,7 @@ from structured_text.language.values import describe, from_python, nest, scalar_
 __all__ = ["BuiltinProgram"]
 
 _NO_STORAGE = ("VAR_IN_OUT", "VAR_EXTERNAL")
-#: Types with the same value in memory and in the result of `read`.
+#: Types whose stored value is also the result of `read`, without a conversion.
 _AS_HELD = frozenset(
     {
         *("BOOL", "BYTE", "WORD", "DWORD", "LWORD", "SINT", "INT", "DINT", "LINT"),
@@ -176,7 +176,7 @@ class BuiltinProgram(OfProject):
         return InputError(_fault(error), file=file, line=line)
 
     def _run(self, start: Callable[[], None]) -> None:
-        """Run the code that must precede the first scan."""
+        """Run generated code before the first scan, at PLC time 0."""
         self._globals.now = 0
         try:
             start()
@@ -243,7 +243,9 @@ class BuiltinProgram(OfProject):
         return lambda: tuple([look() for look in looks])
 
     def _converter(self, kind: Type) -> Callable[[Any], Value] | None:
-        """Return the function that converts a stored value for `read`; None if both are equal.
+        """Return the function that converts a stored value for `read`.
+
+        None if no conversion is needed.
 
         The function is made once for each type, because monitors and tests read the same structures
         in each scan.
@@ -273,7 +275,7 @@ class BuiltinProgram(OfProject):
         return partial(scalar_to_python, kind)
 
     def _pins(self, kind: BlockType) -> Callable[[Any], Value]:
-        """Return the function that reads the variables of a block."""
+        """Return a function that reads all variables of a block as a dict."""
         pins = [pin for pin in kind.variables if pin.section not in _NO_STORAGE]
         own = _fields([(pin.name, self._converter(pin.type)) for pin in pins])
         if all(pin.address is None for pin in pins):
@@ -289,7 +291,7 @@ class BuiltinProgram(OfProject):
         return instance, pin.name.upper()
 
     def write(self, path: str, value: Value) -> None:
-        """Set `path`; see `engines.base.Program.write`."""
+        """Write a value to `path`; see `engines.base.Program.write`."""
         place = self._place(path)
         self._assign(place, from_python(place.type, value, place.path))
 
@@ -383,14 +385,14 @@ class BuiltinProgram(OfProject):
     ) -> Iterator[None]:
         """Let `called` run the calls of these FUNCTIONs and methods inside the `with`.
 
-        `called` gets the name of the POU, the first argument (the instance of a method), and a
-        function that runs the call; it raises InputError, with file and line, if the program fails
-        at run time. The call has the value that `called` returns. Calls within such a call run as
-        usual.
+        `called` gets the name of the POU, the first argument of the call (for a method, the
+        instance), and a function that runs the call. This function raises InputError, with file and
+        line, if the program fails at run time. The result of `called` becomes the result of the
+        call. Calls that occur inside a guarded call are not guarded.
 
         Args:
-            pous: Names; `Block.Method` for a method.
-            called: Runs a call.
+            pous: Names of the POUs; the name of a method is `Block.Method`.
+            called: The function that runs each guarded call.
         """
         active = False
 
@@ -416,7 +418,7 @@ class BuiltinProgram(OfProject):
             return function(*arguments)
         except FAULTS as error:
             raise self._fault(error) from None
-        except InputError as error:  # raised by an answer, see `answering`
+        except InputError as error:  # raised by a Python function of `answering`
             if error.file is not None:
                 raise
             file, line = self.module.origin(error.__traceback__) or (None, None)

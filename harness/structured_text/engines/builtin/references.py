@@ -162,7 +162,7 @@ def _same(one: Any, other: Any) -> bool:
 
 
 def _asked(block: Any, names: Collection[str]) -> Any:
-    """Return a block if its class has one of these names, else the value of no block."""
+    """Return a block if its class has one of these names, else the value for "no block"."""
     return block if type(block).__name__ in names else _NO_BLOCK
 
 
@@ -171,7 +171,7 @@ _MOST_MADE, _LONGEST_ROW = 100_000, 1_000_000
 
 
 def _new(shared: Any, held: Any, number: int) -> Any:
-    """Return a pointer to a new variable, which is started; 0 (NULL) if there is no memory."""
+    """Start a new variable and return a pointer to it; 0 (NULL) if the heap is full."""
     if len(shared.heap) >= _MOST_MADE:
         return _NULL
     shared.heap.put(held, number)
@@ -182,7 +182,7 @@ def _new(shared: Any, held: Any, number: int) -> Any:
 
 
 def _new_row(shared: Any, number: int, count: int, make: Callable[[], Any]) -> Any:
-    """Return a pointer to the first of several new variables; 0 (NULL) if there is no memory."""
+    """Return a pointer to the first of several new variables; 0 (NULL) if the heap is full."""
     if not 0 < count <= _LONGEST_ROW:
         return _NULL
     return _new(shared, [make() for _ in range(count)], number)
@@ -246,7 +246,7 @@ def _recast(pointer: Any, own: Layout, other: Layout) -> Any:
         if isinstance(other, Opaque) and known and other.fits(memory.pointer.V):
             return memory.pointer
         if isinstance(whole, Row) and whole.element == other and not rest:
-            # Back to the original type.
+            # The pointer gets its original type back, so no view is needed.
             return Item(memory.pointer.V, view.at_ // other.size)
         if whole == other and not view.at_:
             return memory.pointer
@@ -328,7 +328,10 @@ def _unlike(one: Any, other: Any, layout: Layout) -> bool:
 
 
 def _base(memory: Any) -> tuple[int, Any]:
-    """Return a key of a variable's memory; it is equal for all views of the same variable."""
+    """Return a key that identifies a variable's memory.
+
+    All views of one variable have the same key.
+    """
     if not isinstance(memory, Held):
         return id(memory), None
     pointer = memory.pointer
@@ -339,7 +342,7 @@ def _base(memory: Any) -> tuple[int, Any]:
 
 #: First step of the path to a variable made by `__NEW`; no program instance has this name.
 _MADE = "__NEW"
-#: The names that generated code can use.
+#: The functions and classes for pointers that generated code can use, by name.
 NAMES: dict[str, Any] = {
     "recast": _recast,
     "order": _order,

@@ -37,7 +37,7 @@ class ProgramError(Exception):
 
 
 class MemoryAccessError(ProgramError):
-    """An access through a pointer, reference or interface without such a variable behind it."""
+    """An access through a pointer, reference or interface that refers to no suitable memory."""
 
     code = EXCEPTION_CODES["ACCESS_VIOLATION"]
 
@@ -91,14 +91,17 @@ def _inside(index: int, low: int, high: int) -> int:
 
 
 def _started(block: Any, values: tuple[tuple[str, Any], ...]) -> Any:
-    """Set some variables of a new block to other initial values, and return it."""
+    """Set some variables of a new block to the initial values of a declaration.
+
+    Return the block.
+    """
     for slot, value in values:
         setattr(block, slot, value)
     return block
 
 
 class _Uncalled:
-    """The value of a block's VAR_IN_OUT before the first call; any use raises ProgramError."""
+    """The value of a block's VAR_IN_OUT before the first call; each use raises ProgramError."""
 
     __slots__ = ()
 
@@ -132,7 +135,7 @@ def _ended(text: str) -> str:
 
 
 def _filled(target: Any, value: Any) -> None:
-    """Copy the value of a structure or array into another, without replacing any inner object."""
+    """Copy the value of a structure or array into another one without replacing inner objects."""
     if isinstance(target, list):
         for place, item in enumerate(value):
             if isinstance(item, list) or hasattr(item, "__slots__"):
@@ -422,7 +425,7 @@ def _ltime_text(time: int) -> str:
     return f"{whole[: whole.index('s') + 1]}{'-' if time < 0 else ''}{digits}ms"
 
 
-# --- texts of CODESYS ---
+# --- numbers, durations and times as CODESYS writes them ---
 
 #: Units of a duration, from the largest [ns].
 _PARTS = (
@@ -504,5 +507,5 @@ NAMES: dict[str, Any] = {
     "trunc": math.trunc,
     "uncalled": _Uncalled(),
 }
-# The text of an LDATE, LTOD or LDT is that of the DATE, TOD or DT with an L before it.
+# The text of an LDATE, LTOD or LDT is an L and the text of the DATE, TOD or DT.
 NAMES |= {f"l{name}": _long(NAMES[name]) for name in ("date_text", "tod_text", "dt_text")}

@@ -119,7 +119,10 @@ class Storage:
         return f"s_{self._name(kind)}({', '.join(values)})"
 
     def _created(self, kind: Type, initial: Sequence[Any]) -> str:
-        """Return the code for the elements of an array; it is short if all elements are equal."""
+        """Return the code that makes the elements of an array.
+
+        Equal elements are made by a loop.
+        """
         first = initial[0]
         if not all(item is first for item in initial):
             items = [self.create(kind, item) for item in initial]
@@ -141,7 +144,7 @@ class Storage:
         return f"started({made}, ({pairs}))"
 
     def own(self, symbol: Symbol) -> str:
-        """Return a statement that replaces an argument of a function by a copy."""
+        """Return a statement by which a function replaces its argument by a copy."""
         name = symbol.name.upper()
         if _is_flat(symbol.type):
             return f"{name} = {name}[:]"

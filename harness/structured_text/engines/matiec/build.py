@@ -39,8 +39,8 @@ _RUNTIME = Path(__file__).with_name("runtime.c")
 _PROGRAM = re.compile(r"^\d+;([\w.]+);(\w+);$", re.MULTILINE)
 _GLOBAL = re.compile(r"^__DECLARE_GLOBAL(_FB|_LOCATED|)\((\w+),(\w+),(\w+)\)", re.MULTILINE)
 _GLOBAL_PLACE = re.compile(r"__INIT_GLOBAL_LOCATED\(\w+,(\w+),(\w+),")
-# The HEAD of matiec writes names of other globals in front of the macro, so the pattern also
-# matches inside a line.
+# The development version of matiec writes names of other globals in front of this macro, so the
+# pattern also matches inside a line.
 _LOCATED = re.compile(r"__LOCATED_VAR\((\w+),(\w+),")
 
 
@@ -199,7 +199,7 @@ MISSING = "matiec not found: set RCX_MATIEC or PATH"
 #: (twice) and constant expressions as array limits.
 _OPTIONS = ("-f", "-l", "-p", "-r", "-R", "-a")
 
-#: Folders in which distributions install the library.
+#: Folders in which Linux distributions install matiec's library.
 PACKAGED = (Path("/usr/lib/matiec"), Path("/usr/share/matiec/lib"), Path("/usr/share/matiec"))
 
 _MESSAGE = re.compile(
@@ -220,10 +220,10 @@ class TranslationError(Exception):
     """The error for a text from which iec2c made no usable C.
 
     Args:
-        messages: Its errors with places in the text, in its order; empty if it crashed or
-            reported something else.
-        output: Its whole output.
-        status: Its exit status, negative for a signal.
+        messages: The errors of iec2c that have a line and column. Empty if iec2c crashed or
+            reported only something else.
+        output: The whole output of iec2c.
+        status: The exit status of iec2c; negative if a signal ended it.
     """
 
     def __init__(self, messages: list[Message], output: str, status: int) -> None:

@@ -24,7 +24,7 @@ _OUTPUTS = ("CV", "Q", "QU", "QD")
 
 
 def other_counts(sources: Sources) -> Iterator[Hit]:
-    """Yield the places that read a result of a counter which may differ.
+    """Yield the places that read an output of a counter whose value may differ on matiec.
 
     If the program reads no output of a counter, a test or an operator panel may read an output. In
     this case the first call of the counter is yielded, unless CV cannot differ.
@@ -55,11 +55,14 @@ class _Counter:
         self.calls: list[tuple[t.Pou, t.CallBlock]] = []
         self.is_read = False
         self.is_steady = not elsewhere
-        """Whether no statement writes PV."""
+        """True if no statement writes the pin PV."""
         self._block = getattr(variable.type, "name", "").upper()
 
     def differs(self, pin: str, rule: str) -> bool:
-        """Return whether an output may differ on matiec, by the rule `counters` of the dialect."""
+        """Return whether an output may differ on matiec.
+
+        `rule` is the rule `counters` of the dialect.
+        """
         kind, _, number = self._block.partition("_")
         if kind == "CTD":
             return pin == "CV" and rule == "type" and INT_RANGE[number or "INT"][0] < 0

@@ -26,7 +26,7 @@ def stale_reads(pou: t.Pou) -> Iterator[Hit]:
         return
     walk = _Walk(pou)
     after = walk.body(pou.body, frozenset())
-    # A block keeps its variables, so the next call may read a counter of this one.
+    # A block keeps its variables, so its next call may read a counter of the previous call.
     if pou.kind != "FUNCTION":
         temporary = {id(symbol) for symbol in pou.section("VAR_TEMP")}
         walk.body(pou.body, after - temporary)

@@ -113,7 +113,8 @@ class NativeProgram(OfProject):
         self._base = places[0]
         kinds: dict[str, Type] = dict(project.instances)
         kinds.update((variable.name, variable.type) for variable in project.globals.values())
-        # An engine may add regions behind these, so the lists differ in length.
+        # An engine may add regions after those of the instances and globals, so the lists differ in
+        # length.
         self._roots = {
             name: (kind, memory)
             for (name, kind), memory in zip(kinds.items(), self._regions, strict=False)
@@ -124,7 +125,10 @@ class NativeProgram(OfProject):
         self._first = self._contents()
 
     def check(self, library: ctypes.PyDLL) -> None:
-        """Check the loaded library before use; engines override it."""
+        """Check the loaded library before it is used.
+
+        Subclasses for an engine override this method.
+        """
 
     def instance(self: _P) -> _P:
         """Return another instance of the same program, in the state before the first scan."""
@@ -157,7 +161,7 @@ class NativeProgram(OfProject):
         return lambda: tuple(chain.from_iterable([part() for part in parts]))
 
     def write(self, path: str, value: Value) -> None:
-        """Set `path`, whole or in part."""
+        """Write a value to `path`; see `engines.base.Program.write`."""
         slot = self._slot(path)
         slot.codec.put(slot.memory, slot.at, from_python(slot.type, value, slot.path))
 
