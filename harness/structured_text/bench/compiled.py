@@ -46,7 +46,7 @@ class Compiled:
 
     @classmethod
     def take(cls: type[_Made], files: SourceFiles, engine: str = "auto") -> _Made:
-        """Return a cached program of the same sources, or compile a new one.
+        """Return the cached program for these sources and options, or compile a new one.
 
         A cached program is reset to its state before the first scan.
 

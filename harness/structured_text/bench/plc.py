@@ -24,7 +24,7 @@ class Monitor(Protocol):
         """Restore the state from `snapshot`."""
 
     def begin(self) -> None:
-        """Begin with the current variables.
+        """Begin the watch anew with the current variables.
 
         After a warm start, retained variables have their old values.
         """
@@ -47,13 +47,13 @@ class Plc:
         self.beginning = program.snapshot()
         """The state of the program after a cold start."""
         self.on_start: list[Callable[[], None]] = []
-        """The functions that are called after a start."""
+        """The functions that are called after each start of the PLC."""
         self._program, self._retained = program, retained
         self._monitors = [(one, one.snapshot()) for one in monitors]
         self._outside: dict[str, Value] = {}
 
     def note(self, path: str) -> None:
-        """Note that a variable was set from outside the program."""
+        """Record that a variable was set from outside the program."""
         self._outside.pop(path, None)
         self._outside[path] = self._program.read(path)
 

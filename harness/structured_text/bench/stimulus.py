@@ -38,17 +38,17 @@ class Entry:
         t_us: Time from the start of the run.
         values: Variables to set, by path.
         events: Events of the PLC: name and arguments.
-        held_us: Time after which the values, all of type BOOL, and the events are undone; None if
-            they stay.
+        held_us: Time after which the entry's BOOL values and events are undone; None if they
+            remain.
         expect: Conditions that must hold just before the values are set, see `engines.conditions`.
     """
 
     keys: ClassVar[tuple[str, ...]] = ("time", "set", "plc", "for", "expect")
-    """The keys that a table may have."""
+    """The keys that an `[[at]]` table may have."""
     opposite: ClassVar[Callable[..., tuple[str, dict[str, Any]]]] = staticmethod(opposite)
-    """Returns the event that ends another event."""
+    """The function that returns the event which ends a given event."""
     lasting: ClassVar[str] = "set or plc"
-    """The keys that `for` can be combined with, for messages."""
+    """The keys that `for` can be combined with; used in messages."""
 
     t_us: int
     line: int = 0
@@ -59,7 +59,7 @@ class Entry:
 
     @classmethod
     def of(cls: type[_Made], table: Mapping[str, Any], line: int) -> _Made:
-        """Read a table; raise InputError if something in it is wrong."""
+        """Read an `[[at]]` table; raise InputError if it contains an error."""
         for key in table:
             if key not in cls.keys:
                 cls.refuse(key)
@@ -94,7 +94,7 @@ class Entry:
 
     @classmethod
     def more_of(cls, table: Mapping[str, Any]) -> dict[str, Any]:
-        """Return further attributes that a subclass reads from the table."""
+        """Return the further attributes of an entry that a subclass reads from the table."""
         del table
         return {}
 
@@ -127,7 +127,7 @@ class Entry:
         return held_us
 
     def parts(self: _Made) -> list[_Made]:
-        """Return the entry without its end, and a further entry for the end if it has one."""
+        """Return the entry for its begin, and a second entry for its end if it has a duration."""
         if self.held_us is None:
             return [self]
         return [replace(self, held_us=None), self.end(self.t_us + self.held_us)]
@@ -145,7 +145,10 @@ class Entry:
             bench.inject(event, **args)
 
     def attempt(self, bench: Any) -> None:
-        """Check that the entry is possible, and set its values; raise InputError if it is not."""
+        """Check that the entry is possible, and set its values.
+
+        Raise InputError if it is impossible.
+        """
         self.set_values(bench)
         for event, args in self.events:
             checked(EVENTS, event, args)
@@ -227,7 +230,7 @@ class Stimulus:
                     conditions(bench.program, entry.expect)
 
     def _expected(self, bench: Bench) -> dict[Entry, list[Condition]]:
-        """Return the compiled conditions of the entries that have some."""
+        """Return each entry that has `expect` conditions, with the compiled conditions."""
         found = {}
         for entry in self.entries:
             if entry.expect:
@@ -237,7 +240,7 @@ class Stimulus:
 
 
 def _judge(bench: Bench, expected: list[Condition]) -> None:
-    """Report the conditions that do not hold now."""
+    """Report each `expect` condition that does not hold now as a broken rule."""
     for one in expected:
         if not one.holds():
             text = f"plc, scan {bench.scans}: expect: {one.text} does not hold"
@@ -276,8 +279,8 @@ def event_of(
 ) -> tuple[str, Mapping[str, Any]]:
     """Return name and arguments of an event from the file.
 
-    Raise InputError if it is not an event. `names` maps the names in the file to the full names of
-    events. `elsewhere` has hints for events that must stand under another key.
+    Raise InputError if there is no event of this name. `names` maps the names in the file to the
+    full names of events. `elsewhere` contains hints for events that belong under another key.
     """
     args: dict[str, Any] = {}
     if isinstance(given, dict):

@@ -26,7 +26,8 @@ from structured_text.output.units import format_us
 __all__ = ["Debugger"]
 
 
-#: Number of the first statement of the program in a scan, whatever number that statement has.
+#: Stands for the number of the first statement of the PLC's program in a scan. Lines of devices may
+#: precede this statement.
 _FIRST = -1
 
 
@@ -61,7 +62,7 @@ class Debugger:
         front: The user interface.
         breakpoints: The breakpoints of the user.
         watches: Variables that stop the run when they change.
-        rules: Whether a broken rule stops the run.
+        rules: Whether the run stops after a scan in which a rule is broken.
         pausing: Whether the user has requested a pause.
     """
 
@@ -149,7 +150,9 @@ class Debugger:
                 self.player.every(self._look)
         except InputError as error:
             return self._fault(scan, error)
-        if self._target is not None:  # the scan runs no program, so the target was not reached
+        if (
+            self._target is not None
+        ):  # no program runs in this scan, so the step has not reached its target
             (_, missed), self._target = self._target, None
             return missed
         for watch in self.watches:
@@ -222,7 +225,10 @@ class Debugger:
         return look
 
     def _look(self) -> None:
-        """Decide before a statement whether to stop, in a scan with all hooks."""
+        """Decide before a statement whether to stop.
+
+        Used in a scan with hooks before all statements.
+        """
         tracer = self.player.tracer
         if self._target is not None:
             step, stop = self._target
@@ -294,7 +300,7 @@ class Debugger:
         return until == "in" or step.depth <= going.depth
 
     def _hits_here(self) -> tuple[int, ...]:
-        """Return the breakpoints that stop before this statement, in a scan with all hooks."""
+        """Return the breakpoints that stop before the current statement."""
         tracer = self.player.tracer
         if tracer.device is not None:
             return self._device_hits(tracer.device)
@@ -352,7 +358,7 @@ class Debugger:
         """Stop at the statement that ends the program with an error.
 
         The scan is repeated to find the number of this statement, and once more to stop there.
-        Without such a statement the stop is between two scans.
+        If the error has no such statement, the stop is between two scans.
         """
         self._target = None
         step = self.player.tracer.step
@@ -416,8 +422,8 @@ class Debugger:
     ) -> tuple[Moment, Stop] | None:
         """Return the previous statement at the same or a smaller depth of calls.
 
-        The statements inside calls between it and the current statement are skipped. `depths` has
-        the depth of calls of each statement of this scan so far.
+        The statements inside calls between it and the current statement are skipped. `depths`
+        contains the call depth of each statement that this scan has run so far.
         """
         here = bool(depths) and depths[-1][0] == now.step
         most = depths[-1][1] if here else 1

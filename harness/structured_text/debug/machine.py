@@ -13,8 +13,8 @@ from structured_text.errors import InputError
 
 __all__ = ["Finding", "Machine", "Scope", "builtin_of"]
 
-#: A group of values that are shown beside the program's variables: its name and a function that
-#: returns the values.
+#: A group of values that the debugger shows beside the program's variables: the name of the group,
+#: and a function that returns the values.
 Scope: TypeAlias = tuple[str, Callable[[], list[Item]]]
 
 

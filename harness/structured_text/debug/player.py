@@ -79,7 +79,8 @@ class Player:
     def plain(self) -> None:
         """Run a scan without hooks.
 
-        Only changes by the user in the middle of the scan need them.
+        If the user has made changes in the middle of this scan, hooks are set to repeat the
+        changes.
         """
         if self._has_edits(self.machine.scans):
             self.every(lambda: None)
@@ -163,7 +164,7 @@ class Player:
             self.plain()
 
     def stretches(self, end: int) -> Iterator[tuple[int, int]]:
-        """Yield the ranges of scans between snapshots, the last range before `end` first.
+        """Yield the ranges of scans between snapshots, backwards from `end`.
 
         The machine is restored to the beginning of each range before it is yielded.
         """

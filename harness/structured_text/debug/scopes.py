@@ -51,7 +51,10 @@ class Scopes:
     # --- the stack ---
 
     def threads(self) -> list[tuple[int, str]]:
-        """Return the programs in their order of execution, each with its task."""
+        """Return the programs, each with its task, in order of execution.
+
+        The client shows each program as a thread.
+        """
         tasks = {
             name: f" (task {task.name}, {format_us(task.interval_us)})"
             for task in self._project.tasks
@@ -146,7 +149,7 @@ class Scopes:
 
 
 def _storing(tracer: Tracer, depth: int, variables: dict[str, Any]) -> Callable[[str, Any], None]:
-    """Return a function that sets a variable of the call at this depth.
+    """Return a function that sets a variable of the call at this depth of the stack.
 
     The function finds the frame by its depth, so it stays valid if the run comes back to this
     moment.

@@ -65,7 +65,7 @@ class Tracer:
 
     @property
     def step(self) -> int:
-        """Return the number of the statement in its scan, from 1; 0 between two scans."""
+        """Return the number of the current statement in its scan, from 1; 0 between two scans."""
         return len(self.depths)
 
     def clear(self) -> None:
@@ -86,7 +86,7 @@ class Tracer:
         hit: Callable[[Code, int, FrameType], None],
         device: Callable[[DeviceStep], None] | None = None,
     ) -> None:
-        """Run a scan; call `hit` only before the statements in these lines.
+        """Run a scan; call `hit` only before statements in the given lines.
 
         `device` is called before each line of a device's program.
         """

@@ -55,7 +55,7 @@ class Held:
 
 @dataclass(frozen=True)
 class Text:
-    """An item that is not a variable of the program: a name, its text, and the items below it."""
+    """A displayed item that is not a variable of the program: a name, a text and inner items."""
 
     name: str
     text: str
@@ -100,8 +100,8 @@ class ProgramVariables:
     def parts(self, of: Held, first: int = 0, count: int | None = None) -> list[Held]:
         """Return the members or elements of a variable.
 
-        Of an array, return `count` elements from `first` on; with None, all elements from `first`
-        on.
+        For an array, return `count` elements from `first` on. If `count` is None, return all
+        elements from `first` on.
         """
         kind, held = of.type, of.get()
         if isinstance(kind, ArrayType):
@@ -176,7 +176,7 @@ class ProgramVariables:
 
     @staticmethod
     def element(items: Any, position: int, name: str, path: str, kind: Type) -> Held:
-        """Return an element of a list."""
+        """Return an element of an array as a variable."""
         return Held(
             name,
             kind,
@@ -233,7 +233,7 @@ class ProgramVariables:
         return self.shown(Held("", kind, lambda: held)).text
 
     def at(self, found: Resolved) -> Held:
-        """Return a variable by its path, which begins with a program or a global variable."""
+        """Return the variable at a path, which begins with a program or a global variable."""
         kind, path = found.type, found.path
         if found.address is not None:
             slot = address_slot(found.address)
@@ -257,7 +257,7 @@ class ProgramVariables:
 def local(
     frame_locals: Mapping[str, Any], symbol: t.Symbol, store: Callable[[str, Any], None]
 ) -> Held:
-    """Return a local variable of one call, in the frame of that call."""
+    """Return a local variable of a call; `frame` is the Python frame of the call."""
     name = symbol.name.upper()
     in_list = symbol.addressed and is_scalar(symbol.type)
 

@@ -1,4 +1,4 @@
-"""The abstraction of a running program: its state as bytes, and the program set to such a state.
+"""The abstraction of a running program: its state is saved as bytes, and restored from bytes.
 
 All variables that a program can name are stored unchanged, including pins. Each timer counts up to
 its own PT. The tables in `omitted` name the exceptions: tickets, numbers of scans, variables that
@@ -10,7 +10,7 @@ same bytes only if no later scan can distinguish them:
   count them up. Adding a number to all tickets of a channel therefore changes nothing else. In a
   state Serving is 0, and the tickets are differences. A ticket that has been passed remains passed
   for at least 32767 further turns; all such tickets get the same code.
-* Numbers of scans: only whether a number is that of the last scan counts.
+* Numbers of scans: a state stores only whether a number is the number of the last scan.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ _TURNS = ("SERVING", "NEXTTICKET", "LOWEST")
 _NONE = Tables()
 _TIMERS = tuple(name for name in CLASSES if "start" in CLASSES[name].__slots__)
 _MEMORY = {"phase": ElementaryType("USINT")}
-#: Pins that the monitor of the blocks' contract reads, so they are always stored.
+#: Pins that are always stored, because the monitor of the rules for blocks reads them.
 _JUDGED = {"EXECUTE", "ENABLE", "BUSY", "DONE", "VALID", "ACTIVE", "ERROR", "ERRORID"}
 _BYTES = (ElementaryType("BYTE"), ElementaryType("USINT"))
 #: The size code of a slot of variable size, and a version of `marshal`. In this version equal
@@ -76,12 +76,12 @@ class Slot:
 
 
 class Place(NamedTuple):
-    """A structure or block, with what the code of its variables needs.
+    """A structure or block, with the facts that the code for its variables needs.
 
     `name` is the name of the structure or block in the code of its variables. `owner` is the type
     that contains it, and `channel` is the channel that it works on. `dropped` names its variables
-    that are dropped. `conditions` gives the conditions under which other variables are read, and
-    `jobs` the channels of its jobs.
+    that a state does not store. `conditions` gives the conditions under which other variables are
+    read. `jobs` gives the channels of its jobs.
     """
 
     name: str
@@ -174,7 +174,7 @@ class Abstraction:
         return self._freeze()  # type: ignore[no-any-return]
 
     def thaw(self, state: bytes, ticks: int = 1) -> None:
-        """Put the program into a state, `ticks` after the scan that led to it."""
+        """Put the program into a state as it is `ticks` after the scan that led to this state."""
         self.now = NOW_US * 1000
         self._thaw(state, self.now - ticks * self.tick, 0)
 
@@ -243,7 +243,7 @@ class Abstraction:
         return dropped - {one for one, pou in unless if pou in self._project.pous}
 
     def conditional(self, type_name: str, kept: Omitted) -> Mapping[str, str]:
-        """Return the conditions under which variables are read, by the names of the variables."""
+        """Return the condition under which a variable is read, by the name of the variable."""
         # The program can copy structures that are not internal, so even a value that is not read
         # has an effect.
         return kept.while_true if type_name.startswith(self.tables.core) else {}
@@ -271,7 +271,7 @@ class Abstraction:
         return set.intersection(*pins) if pins else set()
 
     def jobs(self, type_name: str) -> dict[str, str]:
-        """Return the channel of each job in a block, by slot, from the calls in the body."""
+        """Return the channel that a block's body passes to each job, by the slot of the job."""
         pou = self._project.pous.get(type_name)
         found = {}
         for call in calls_of(pou.body) if pou else ():
@@ -283,7 +283,10 @@ class Abstraction:
         return found
 
     def _below(self, slot: str, channel: str, name: str) -> str:
-        """Return the private channel for the slots JOB and OWN of a block; else an empty text."""
+        """Return the private channel for the slot JOB or OWN of a block.
+
+        The result is empty for all other slots.
+        """
         if channel == "own":
             return f"own_{name}" if slot == "JOB" else "own" if slot == "OWN" else ""
         return ""
@@ -378,7 +381,7 @@ class Abstraction:
         self._spoil: Any = names["spoil"]
 
     def names(self) -> dict[str, Any]:
-        """Return the names that the code of the slots uses."""
+        """Return the objects that the code of the slots uses, by name."""
         return {**self._objects, "robot": self.robot, "elapsed": self._running}
 
     def functions(self, slots: Sequence[Slot]) -> dict[str, Any]:

@@ -30,7 +30,8 @@ _OPEN = {"LPAR": 1, "LSQB": 1, "RPAR": -1, "RSQB": -1}
 _ENDS = ("IDENT", "LABEL", "INTEGER", "REALNUM", "STRING", "TYPED", "TRUE", "FALSE", "RPAR", "RSQB")
 _PASSED = ("VAR_INPUT", "VAR_IN_OUT")
 
-#: A field or index: its first token, the token behind it, and the types before and after it.
+#: A step of a path, which is a field or an index: the number of its first token, the number of the
+#: token after it, and the types before and after the step.
 _Step = tuple[int, int, "s.TypeSpec | None", "s.TypeSpec | None"]
 
 
@@ -52,7 +53,7 @@ class Scope:
 
     @staticmethod
     def of(part: Part, sources: Sources) -> Scope:
-        """Return the scope of a part."""
+        """Return the scope for the statements of a declaration."""
         return Scope(
             variables_of(part.node) if isinstance(part.node, s.Pou) else {},
             sources.base,
@@ -94,7 +95,7 @@ class Body:
         self._words = words
 
     def all(self) -> str:
-        """Return the translated statements, with the text before and after them."""
+        """Return the translated statements, with the text before and after the statements."""
         if not self._found:
             return self._text
         last = len(self._found)
@@ -103,19 +104,19 @@ class Body:
     # --- methods that a tool may override -------------------------------------------------
 
     def _plain(self, text: str) -> str:
-        """Return the name of a variable, pin, field or function of the sources in the tool."""
+        """Return the tool's name for a variable, pin, field or function of the sources."""
         return text
 
     def _word(self, at: int) -> str:
-        """Return a name that is not a variable: a member of an enumeration, or a function."""
+        """Return the tool's name for a member of an enumeration or for a function."""
         return str(self._found[at])
 
     def _own(self, at: int, given: list[tuple[str, int, int]], end: int) -> str:
-        """Return a call of a function of the sources."""
+        """Return a call of a function that the sources declare, in the tool's form."""
         return self._listed(at, given, end, self._scope.pins[self._found[at].upper()], named=None)
 
     def _typed(self, text: str) -> str:
-        """Return a typed literal."""
+        """Return a typed literal such as `UINT#1`, in the tool's form."""
         return text
 
     # --- tokens ---------------------------------------------------------------------------
@@ -195,7 +196,7 @@ class Body:
         return f"{self._found[at]}{inside}{self._found[end - 1]}"
 
     def _pin(self, block: str, name: str) -> str:
-        """Return the name of a field, or of a standard block's pin in the tool."""
+        """Return the tool's name for a field, or for a pin of a standard block."""
         form = self._words.blocks.get(block)
         if form is None or block not in BLOCKS:
             return self._plain(name)
@@ -248,7 +249,7 @@ class Body:
         return form.text(key, texts)
 
     def _argument(self, key: str, place: int, first: int, last: int) -> str:
-        """Return an argument of a standard function; `place` is its number."""
+        """Return an argument of a standard function; `place` is the index of the argument."""
         return self._run(first, last)
 
     def _listed(
@@ -337,7 +338,7 @@ class Body:
 
 
 def _rank(key: str, name: str) -> int:
-    """Return the position of a named argument of a standard function."""
+    """Return the standard's position of a named argument of a standard function."""
     pins = [pin for pin, _ in FUNCTIONS[key].pins]
     if name in pins:
         return pins.index(name)

@@ -17,7 +17,7 @@ _NAMED = 3
 def missing(part: Part, why: str, *, of: str = "", at: s.Position | None = None) -> Missing:
     """Return the report that a part is not supported.
 
-    With `of`, the report is about an item of the part, which is declared at `at`.
+    If `of` is given, the report is about this item of the part; `at` is its position.
     """
     what = f"{part.kind} {part.name}"
     what = f"{of} of {what}" if of else what

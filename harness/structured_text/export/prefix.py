@@ -45,10 +45,10 @@ class Renaming:
 def renaming(files: SourceFiles, prefix: str) -> Renaming:
     """Give the library's names a prefix, in the library and where the user's program uses them.
 
-    A name that the user declares is the user's own in all of the user's files. A name that already
-    begins with the prefix stays. If the prefix would turn another name into such a name, the prefix
-    is written twice. Raise InputError if a name cannot begin with the prefix, or a new name is
-    already in use.
+    If the user declares the same name as the library, this name is not changed in the user's files.
+    A name of the library that begins with the prefix is not changed at all. If a new name would be
+    equal to such an unchanged name, the prefix is written twice. Raise InputError if a name cannot
+    begin with the prefix, or a new name is already in use.
     """
     if not _LEGAL.fullmatch(prefix):
         raise InputError(
@@ -102,7 +102,7 @@ class _Names:
 
     @cached_property
     def keys(self) -> Mapping[str, str]:
-        """Return the prefix of each name by the name in upper case."""
+        """Return the prefix of each name that gets one, by the name in upper case."""
         return {name.upper(): begin for name, begin in self.prefixes.items()}
 
     @cached_property

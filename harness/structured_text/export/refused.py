@@ -24,7 +24,7 @@ from structured_text.projects.sources import SourceFiles
 
 __all__ = ["CONSTRUCTS_FILE", "Refusal", "Tool", "refused", "tools"]
 
-#: The table of the constructs that each tool accepts.
+#: The table of the constructs that each tool accepts or refuses.
 CONSTRUCTS_FILE = Path(__file__).parent / "constructs.toml"
 
 _ON_LIST = " is not on the list for "
@@ -111,8 +111,8 @@ def refused(
 ) -> list[Refusal]:
     """Return all that a tool refuses in the user's files, in the order of files and lines.
 
-    Raise InputError if the export fails. The sources are free of errors. If `program` is None, the
-    export is not run, and what only the export detects is missing from the result.
+    Raise InputError if the export fails. The sources must be free of errors. If `program` is None,
+    the export is not run, and constructs that only the export detects are not reported.
     """
     users = [file for file in sources.users[0] if file.suffix.lower() not in tool.own]
     found = [_refusal(tool, use) for use in project.uses if use.file in users]
@@ -159,7 +159,7 @@ def _not_carried(
 ) -> Iterator[Refusal]:
     """Yield the user's declarations that the export does not support.
 
-    Findings that the lists already report are omitted.
+    A declaration is omitted if the list of functions and blocks already explains the refusal.
     """
     from structured_text.export.targets import export
 

@@ -1,6 +1,7 @@
 """The functions, blocks and operators in the Structured Text of each tool, with their sources.
 
-The lists are in `words/*.toml`. An export does not use anything that is not on a tool's list.
+The lists are in `words/*.toml`. An export uses only functions, blocks and operators on the tool's
+list.
 """
 
 from __future__ import annotations
@@ -104,7 +105,7 @@ class Form:
         return operands[0] if len(operands) == 1 else f"({f' {self.name} '.join(operands)})"
 
     def takes(self, key: str, count: int) -> bool:
-        """Return whether a call with this number of arguments can be written."""
+        """Return whether the tool's function can be called with this number of arguments."""
         if self.is_operator or key in _CHAINED or "..." in self.parameters:
             return True
         return count <= len(self.parameters)
@@ -134,7 +135,9 @@ class Words:
     instead: Mapping[str, str]
 
     def lacks(self, part: Part, functions: Collection[str]) -> Missing | None:
-        """Return the first item in a part that is not on the list, with its replacement, or None.
+        """Return the first item in a declaration that is not on the list, with its replacement.
+
+        The result is None if all items are on the list.
 
         `functions` are the names of the sources' functions, in upper case.
         """

@@ -54,13 +54,16 @@ def digest(data: bytes) -> str:
 
 
 def record(contents: Mapping[str, bytes]) -> bytes:
-    """Return the text of the record of some files, by their paths below its folder."""
+    """Return the record of exported files; `contents` has their data by path in the folder."""
     files = {path: digest(data) for path, data in sorted(contents.items())}
     return (json.dumps({"about": _ABOUT, "files": files}, indent=1) + "\n").encode()
 
 
 def recorded(folder: Path) -> dict[str, str]:
-    """Return digests by path of the files exported into a folder; empty without a valid record."""
+    """Return the digests in a folder's record, by path of the file.
+
+    The result is empty without a valid record.
+    """
     try:
         found = json.loads((folder / RECORD).read_bytes())
     except (OSError, ValueError, RecursionError):

@@ -143,7 +143,7 @@ def end_as_by_ctrl_c() -> list[int]:
         signal.signal(number, end)
 
     def leave() -> None:
-        """Restore default signal handling; a copy of this process has nothing to clean up."""
+        """Restore default signal handling; a copy of this process has no files to remove."""
         for number in numbers:
             if signal.getsignal(number) is end:
                 signal.signal(number, signal.SIG_DFL)

@@ -41,7 +41,7 @@ class Heap(dict[int, tuple[Any, int]]):
     def saved(self, names: Mapping[str, Any]) -> tuple[Any, ...]:
         """Return type number, length and values of each variable.
 
-        Length -1 means that it is not a list.
+        The length -1 means that the variable is not a list.
         """
         return tuple(
             (number, len(held), [names[f"heap_save{number}"](one) for one in held])

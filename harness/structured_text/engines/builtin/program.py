@@ -245,10 +245,8 @@ class BuiltinProgram(OfProject):
     def _converter(self, kind: Type) -> Callable[[Any], Value] | None:
         """Return the function that converts a stored value for `read`.
 
-        None if no conversion is needed.
-
-        The function is made once for each type, because monitors and tests read the same structures
-        in each scan.
+        The result is None if no conversion is needed. The function is made once for each type,
+        because monitors and tests read the same structures in each scan.
         """
         if id(kind) not in self._converters:
             self._converters[id(kind)] = self._made_converter(kind)

@@ -150,7 +150,7 @@ def _member(node: t.Standard, argument: str) -> str:
 def _longest(node: t.Standard) -> int:
     """Return the greatest declared length of the text arguments.
 
-    128 if it is at most STRING_MAX.
+    The result is 128 if this length is at most STRING_MAX.
     """
     lengths = [
         string_length(one.type) for one in node.arguments if isinstance(one.type, ElementaryType)

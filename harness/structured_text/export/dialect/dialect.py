@@ -34,16 +34,17 @@ class Dialect:
     """The words of a tool.
 
     Attributes:
-        listed: The name of its list of functions and blocks, in the folder `words`.
+        listed: The name of the tool's list of functions and blocks, in the folder `words`.
         types: Names of elementary types in the tool's tables. The tool does not have the missing
             types.
         array: The form of an array in the tool's tables, with `{element}` and `{bounds}`.
-        words: Types with another name in statements, in typed literals and conversions.
-        enumerations: Whether the tool has enumerations; otherwise members are numbers of type INT.
-        bytes: Whether the tool has BYTE; otherwise a BYTE is a WORD with an upper half of 0.
+        words: The tool's names of types in statements (typed literals, conversions), if they
+            differ.
+        enumerations: Whether the tool has enumerations; otherwise their members become INT numbers.
+        bytes: Whether the tool has BYTE; otherwise a BYTE becomes a WORD with an upper half of 0.
         refused: Names of variables that the tool refuses.
-        arguments: Conversion of each argument of a standard function; "" for none.
-        results: Conversion of a standard function's result.
+        arguments: By standard function, the conversion of each argument; "" if none is needed.
+        results: By standard function, the conversion of the result.
     """
 
     tool: str
@@ -174,7 +175,7 @@ class Names:
     def trouble(self, part: Part, known: Collection[str]) -> str:
         """Return why the tool does not support the variables of a part; empty if it does.
 
-        `known` are types and blocks that are not elementary, in upper case.
+        `known` are the upper-case names of all types and blocks that declarations may use.
         """
         for one in _variables(part):
             kind = self.base(one.spec)

@@ -2,7 +2,8 @@
 
 Tags are BOOL, DINT, REAL, STRING, structures and arrays that begin at 0. A whole number or a bit
 pattern narrower than 32 bits is stored in a DINT by its value (a WORD as 0 to 65535), because Logix
-computes in DINT. Only the process images are arrays of SINT and INT, as in its scanner.
+computes in DINT. Only the process images are arrays of SINT and INT, as in the controller's
+scanner.
 """
 
 from __future__ import annotations
