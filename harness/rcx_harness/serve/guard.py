@@ -18,7 +18,7 @@ from structured_text.errors import InputError
 __all__ = ["WEB_HOST", "TokenServer", "add_files", "guarded", "read_message"]
 
 WEB_HOST = "127.0.0.1"
-"""A page is for this machine only."""
+"""The address of all pages; no other computer can reach it."""
 
 _TOKEN_BYTES = 16
 _OWN_NAMES = ("127.0.0.1", "localhost")
@@ -45,7 +45,7 @@ _Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
 def guarded(token: str, command: str) -> web.Application:
-    """Create an application with the token in its paths; `command` prints its address."""
+    """Create an application with the token in its paths; `command` is named in messages."""
     app = web.Application(middlewares=[_guard], client_max_size=_LARGEST_REQUEST)
     app[_TOKEN], app[_COMMAND] = token, command
     app.router.add_get(f"/{token}", _to_page)
@@ -53,9 +53,10 @@ def guarded(token: str, command: str) -> web.Application:
 
 
 def add_files(app: web.Application, served: Mapping[str, tuple[str, str, str]]) -> None:
-    """Serve files.
+    """Serve static files.
 
-    Each path has the package, the file in the package's folder `page`, and its type.
+    `served` gives for each path the package, the file in the package's folder `page`, and the type
+    of the file.
     """
     app[_FILES] = served
     for path in served:

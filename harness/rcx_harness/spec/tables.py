@@ -53,7 +53,7 @@ class Signal:
 
     @property
     def byte(self) -> int:
-        """Return the byte of the signal within the area."""
+        """Return the number of the byte with the signal, counted from the start of the area."""
         return int(self.address[2:])
 
     @property

@@ -1,8 +1,8 @@
 """The rules of the wire for the controller, checked on the areas as they travel.
 
-This is the counterpart of the monitor in wire.py: it judges the controller's answers to the data
-that the PLC has sent. The virtual controller keeps these rules by design, so the monitor is for
-recordings of other controllers.
+The monitor judges the controller's answers to the data that the PLC has sent. The monitor in
+wire.py judges the data of the PLC. The virtual controller keeps these rules by design, so the
+monitor is for recordings of other controllers.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class AnswerMonitor:
         self._asked = self._changed = False
 
     def forget(self) -> None:
-        """Reset after missing packets or a change of the connection."""
+        """Forget the last areas after missing packets or a change of the connection."""
         self._so = b""
 
     def take(self, t_us: int, who: str, so: bytes, si: bytes) -> list[Violation]:

@@ -30,7 +30,8 @@ class CallMonitor:
     """A monitor that demands one call per scan, for one robot, and no skipped call while busy.
 
     Args:
-        plan: The undecided calls; if there are none, the monitor needs no time.
+        plan: The calls that the source does not decide. If there are none, the monitor does
+            nothing.
     """
 
     def __init__(self, program: Program, plan: CallPlan) -> None:
@@ -82,7 +83,7 @@ class CallMonitor:
         self._robots = dict(robots)
 
     def begin(self) -> None:
-        """Begin after a start of the PLC; calls are not retained."""
+        """Do nothing after a start of the PLC; the monitor uses no retained variables."""
 
     def _judge(self, calls: list[tuple[int, int]]) -> Iterator[str]:
         times = Counter(key for key, _ in calls)

@@ -92,8 +92,8 @@ def _findings(files: Sequence[Path], library: Sequence[Path]) -> list[CallFindin
 def _key(files: Sequence[Path], library: Sequence[Path]) -> str:
     """Return a cache key of all files.
 
-    The key contains this module between both groups of files: it marks the beginning of the
-    library, and the result depends on its code.
+    This module is part of the key, because the result depends on its code. It also separates the
+    user's files from the files of the library.
     """
     return cache.sources_key((*files, _HERE, *library))
 
@@ -237,7 +237,7 @@ class _Calls:
     Attributes:
         blocks: All types of blocks.
         called: The watched instances of the program or block, in upper case.
-        varies: Whether a robot is selected by an index that is not constant.
+        varies: Whether an index that is not constant selects a robot.
     """
 
     file: Path

@@ -68,7 +68,7 @@ class _Instance:
         self.before: tuple[Any, ...] = (0,) * len(there)
         self.told: tuple[str, ...] = ()
         self._verdicts: dict[tuple[tuple[Any, ...], tuple[Any, ...]], tuple[str, ...]] = {}
-        """The broken rules by change; cached because the same few changes recur."""
+        """The broken rules for each change of the pins; cached because few changes recur often."""
         self.at_rest = False
         """Whether an unchanged state breaks no rule."""
 
@@ -88,7 +88,10 @@ class _Instance:
         return found
 
     def begin(self, now: tuple[Any, ...]) -> None:
-        """Take over the values of `read` if an output is true, since this output is not new."""
+        """Store the values of `read` as the previous values if an output is true.
+
+        Such an output was true before the start, so the next scan must not judge it as new.
+        """
         if any(self._by_pin(now)[1:]):
             self.before = now
 
@@ -201,7 +204,7 @@ class ContractMonitor:
         self._seen = None
 
     def begin(self) -> None:
-        """Begin after a start of the PLC: an instance in VAR RETAIN still has its outputs."""
+        """Begin anew after a start of the PLC; an instance in VAR RETAIN still has its outputs."""
         pins = iter(self._look())
         for instance in self.instances:
             instance.begin(tuple(islice(pins, len(instance.read))))

@@ -186,7 +186,10 @@ class _Images:
             self._feeds[place[:2]].update(one[:2] for one in self._uses(value, pou))
 
     def _uses(self, value: object, pou: t.Pou) -> Iterator[_Place]:
-        """Yield the variables in an expression; for a block's pin also the pin of the type."""
+        """Yield the variables in an expression.
+
+        A pin of an instance is named by the block's type.
+        """
         for node in nodes(value):
             if isinstance(node, (t.Use, t.Member)) and (place := self._place(node, pou)):
                 yield place
@@ -281,7 +284,7 @@ def _is_large(kind: Type) -> bool:
 
 
 def _through(pointer: _Place) -> _Place:
-    """Return a substitute for the unknown target of a pointer."""
+    """Return a name such as `P^` for the unknown target of a pointer."""
     return (*pointer[:-1], f"{pointer[-1]}^")
 
 
