@@ -50,11 +50,11 @@ class Images(NetworkJournals, Protocol):
 
     @property
     def to_master(self) -> Image:
-        """Return assembly 100."""
+        """Return assembly 100, the area that the controller sends to the master."""
 
     @property
     def to_robot(self) -> Image:
-        """Return assembly 150."""
+        """Return assembly 150, the area that the master sends to the controller."""
 
 
 class Station:

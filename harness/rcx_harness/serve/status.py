@@ -34,7 +34,7 @@ class CommandNote:
 
 @dataclass(frozen=True)
 class Note:
-    """A text with a time: a broken rule, an alarm."""
+    """A text with a time, such as a broken rule or an alarm."""
 
     t_us: int
     text: str

@@ -180,7 +180,7 @@ class Field:
 
 @dataclass(frozen=True)
 class Product:
-    """Limits of the product of some fields."""
+    """The limits for the product of the values of several fields."""
 
     fields: tuple[str, ...]
     range: tuple[int, int]
@@ -238,7 +238,7 @@ class Command:
         return tuple(self._fill(self.response, values)[1:])
 
     def read_response(self, words: Sequence[int]) -> dict[str, FieldValue]:
-        """Return the response's fields by name, from the 16 words at m."""
+        """Return the response's fields by name, from the 16 words that the controller sends."""
         return {part.name: part.read(words) for part in self.response}
 
     def problem(self, words: Sequence[int], *, unused_words: bool = True) -> str:

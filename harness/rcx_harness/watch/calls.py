@@ -74,7 +74,7 @@ class CallMonitor:
             self._log.take()
 
     def snapshot(self) -> object:
-        """Return the memory of earlier scans."""
+        """Return the data of earlier scans that the monitor needs."""
         return dict(self._robots), self._before
 
     def restore(self, snapshot: tuple[dict[int, int], frozenset[str]]) -> None:

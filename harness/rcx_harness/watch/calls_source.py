@@ -434,7 +434,7 @@ def _joined(ways: Sequence[_Way]) -> _Way:
 
 
 def _both_run(before: Sequence[_Call], call: _Call) -> bool:
-    """Return whether `call` can run together with a call of `before`, by their branches."""
+    """Return whether the branches allow that `call` and a call of `before` run in the same scan."""
     pairs = [(one.guards, call.guards) for one in before]
     return any(a == b[: len(a)] or b == a[: len(b)] for a, b in pairs)
 

@@ -193,7 +193,7 @@ class ContractMonitor:
         return found
 
     def snapshot(self) -> object:
-        """Return the memory of each instance."""
+        """Return the previous values of all instances."""
         return [(one.before, one.told) for one in self.instances]
 
     def restore(self, snapshot: list[tuple[tuple[Any, ...], tuple[str, ...]]]) -> None:
@@ -262,7 +262,7 @@ def _is_pin(kind: object) -> bool:
 
 
 def _kind(names: Collection[str]) -> type[_Instance] | None:
-    """Return the contract of a block with these pins, or None."""
+    """Return the class that judges a block with these pins; None if the block has no such rules."""
     if all(pin in names for pin in ("execute", "busy", "done", "error")):
         return _Edge
     if "enable" in names and "error" in names:

@@ -95,7 +95,7 @@ class _Images:
                     self._read(one)
 
     def judge(self) -> ImageUse:
-        """Judge each image that is read."""
+        """Find the faults of each process image that FB_ReadArea reads."""
         located, plain, found = False, False, []
         for image, name in self._all_images().items():
             writes = [one for place in self._alike(image) for one in self._written(place)]
@@ -224,7 +224,7 @@ class _Images:
     # --- conclusions from the writes ---
 
     def _all_images(self) -> dict[_Place, str]:
-        """Return the images with their names; a VAR_IN_OUT is replaced by its arguments."""
+        """Return the process images with their names; arguments replace each VAR_IN_OUT."""
         found: dict[_Place, str] = {}
         for image, name in self._images.items():
             symbol = self._symbol(image)
@@ -239,7 +239,7 @@ class _Images:
         return found
 
     def _alike(self, image: _Place) -> list[_Place]:
-        """Return an image, the pins to which it is passed, and the pointers to it."""
+        """Return a process image, the pins to which it is passed, and the pointers to it."""
         found, waiting = [image], [image]
         while waiting:
             for one in sorted(self._same.get(waiting.pop(), ())):
@@ -249,14 +249,14 @@ class _Images:
         return found
 
     def _written(self, image: _Place) -> Iterator[_Write]:
-        """Yield the writes to an image, to a part of it, or to a variable that contains it."""
+        """Yield the writes to a process image, to a part of it, or to a whole that contains it."""
         for place, writes in self._writes.items():
             shorter = min(len(place), len(image))
             if place[:shorter] == image[:shorter]:
                 yield from writes
 
     def _sources(self, image: _Place) -> Iterator[_Place]:
-        """Yield the variables whose values reach an image, directly or through other variables."""
+        """Yield the variables whose values reach a process image, also through other variables."""
         seen, waiting = {image[:2]}, [one[:2] for one in self._alike(image)]
         while waiting:
             for one in sorted(self._feeds.get(waiting.pop(), ())):
@@ -274,7 +274,7 @@ class _Images:
         return address if address[1:2].upper() in ("I", "M") else ""
 
     def _symbol(self, place: _Place) -> t.Symbol | None:
-        """Return the variable, or None for the target of a pointer."""
+        """Return the declared variable at a path; None for the target of a pointer."""
         pou = self._project.pous.get(place[0])
         return self._symbols.get(place[:2]) or (pou.symbols.get(place[1]) if pou else None)
 

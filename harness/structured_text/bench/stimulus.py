@@ -105,7 +105,7 @@ class Entry:
         values: Mapping[str, Any],
         events: list[tuple[str, Mapping[str, Any]]],
     ) -> int | None:
-        """Return the duration of the entry (`for`) in microseconds, or None."""
+        """Return the duration of the entry (`for`) in microseconds; None if it has no `for`."""
         given = table.get("for")
         if given is None:
             return None
@@ -139,7 +139,7 @@ class Entry:
         return type(self)(t_us, self.line, values, events)
 
     def apply(self, bench: Any) -> None:
-        """Set the values and trigger the events now; the end is not included."""
+        """Set the values and trigger the events of the entry now; `end` undoes them."""
         self.set_values(bench)
         for event, args in self.events:
             bench.inject(event, **args)

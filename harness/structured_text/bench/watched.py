@@ -144,7 +144,7 @@ def _below(found: Iterable[_Found]) -> Iterator[_Found]:
 
 
 def _fits_part(path: str, part: re.Match[str]) -> bool:
-    """Return whether the last part of a path matches a part of a pattern."""
+    """Return whether the last name or index of a path matches a name or index of a pattern."""
     if part[2] is not None:
         index = path.rpartition("[")[2].removesuffix("]") if path.endswith("]") else ""
         wanted, given = part[2].split(","), index.split(",")

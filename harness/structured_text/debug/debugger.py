@@ -3,7 +3,7 @@
 A scan first runs fast: only lines with breakpoints are traced. If something may stop in it, the
 debugger restores the beginning of the scan and runs it again, now with a hook before every
 statement. Going back works the same way: the player restores the nearest snapshot before the wanted
-moment and runs forwards from there. Both rely on a deterministic machine.
+moment and runs forwards from there. Both methods rely on a deterministic machine.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class _Hit(BaseException):
 
 @dataclass
 class _Step:
-    """The moment at which a step began, and the order of the step."""
+    """A step of the user: the moment at which the step began, and the user's order."""
 
     order: Forward
     scan: int
@@ -267,8 +267,8 @@ class Debugger:
         """Return whether the current step ends before this statement.
 
         `over` ends at the same or a smaller depth of calls, `out` at a smaller one. Both also end
-        in another program or scan, since the call in which the step began has returned by then.
-        `scan` ends from the target scan on, but not in the program call in which it began.
+        in another program or scan, because the call in which the step began has returned. A step
+        `scan` ends in or after the target scan, but not in the program call in which it began.
         """
         going, tracer = self._going, self.player.tracer
         if tracer.device is not None:

@@ -88,7 +88,8 @@ class DeviceBreakpoint(Breakpoint):
         file: Canonical path of the file. If it is empty, the breakpoint is before each line of
             `task`.
         depth: Greatest number of calls in the stack, for a breakpoint on a task.
-        holds: The condition, evaluated in a task.
+        holds: A function that evaluates the condition in the task with this number; None without a
+            condition.
     """
 
     file: str = ""

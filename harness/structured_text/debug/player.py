@@ -25,7 +25,7 @@ _STRIDE, _MOST = 32, 1000
 
 
 class Moment(NamedTuple):
-    """The moment before statement `step` (from 1) of a scan, or with 0 before the scan itself."""
+    """The moment before statement `step` of a scan (from 1); 0 is the moment before the scan."""
 
     scan: int
     step: int = 0

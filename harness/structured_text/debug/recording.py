@@ -26,7 +26,7 @@ COMPACT: dict[str, Any] = {"separators": (",", ":"), "ensure_ascii": False}
 class _Scan(NamedTuple):
     """A recorded scan.
 
-    It refers to the previous scan, and has its time and the numbers of the actions before it.
+    It has the previous scan, its own time, and the numbers of the actions before it.
     """
 
     before: _Scan | None
@@ -35,7 +35,7 @@ class _Scan(NamedTuple):
 
 
 class _Marked(NamedTuple):
-    """A snapshot of the program, with the recording up to it."""
+    """A snapshot of the program, with the recording up to the snapshot."""
 
     snapshot: object
     last: _Scan | None

@@ -121,7 +121,7 @@ class Abstraction:
         self.compile()
 
     def plan(self, program: BuiltinProgram) -> None:
-        """Plan all variables of the program."""
+        """Decide how a state stores each variable of the program."""
         for name, kind in program.instances().items():
             assert isinstance(kind, BlockType)
             self.walk(kind, program.holder(name), Omitted(), "", "")
@@ -141,7 +141,7 @@ class Abstraction:
         return getattr(program.holder(found[0]), tables.member) if found else None
 
     def _globals(self, program: BuiltinProgram) -> None:
-        """Plan the global and located variables."""
+        """Decide how a state stores the global and located variables."""
         project = self._project
         located = [
             symbol
@@ -189,7 +189,7 @@ class Abstraction:
     # --- the plan ---
 
     def walk(self, kind: Type, held: Any, kept: Omitted, owner: str, channel: str) -> None:
-        """Plan all variables of a structure or block."""
+        """Decide how a state stores each variable of a structure or block."""
         name = f"o{len(self._objects)}"
         self._objects[name] = held
         type_name = kind.name.upper() if not isinstance(kind, ElementaryType) else ""
@@ -208,7 +208,7 @@ class Abstraction:
             self.variable(place, slot, part)
 
     def variable(self, place: Place, slot: str, part: Type) -> None:
-        """Plan one variable of a structure or block."""
+        """Decide how a state stores one variable of a structure or block."""
         name, type_name, held, kept, owner, channel, dropped, conditions, jobs = place
         code = f"{name}.{slot}"
         ticket = {key.upper(): to for key, to in kept.tickets.items()}.get(slot)
@@ -249,7 +249,7 @@ class Abstraction:
         return kept.while_true if type_name.startswith(self.tables.core) else {}
 
     def _part(self, code: str, kind: Type, held: Any) -> None:
-        """Plan a variable of any type."""
+        """Decide how a state stores a variable of any type."""
         if isinstance(kind, (ReferenceType, InterfaceType)):
             told = f"a variable of type {describe(kind)} cannot be explored"
             raise InputError(told, hint="remove the pointers and references")
@@ -301,7 +301,7 @@ class Abstraction:
         return f"robot.{ticket.upper()}"
 
     def _ticket(self, code: str, channel: str, condition: str) -> None:
-        """Plan a ticket as its distance from the channel's Serving.
+        """Let a state store a ticket as its distance from the channel's Serving.
 
         Tickets count modulo 65536, and blocks only compare differences. A difference below 32768
         is a ticket that waits, or that is served now (0). All other tickets have been passed. They
@@ -319,9 +319,9 @@ class Abstraction:
         )
 
     def _number(self, code: str, condition: str) -> None:
-        """Plan the number of a scan.
+        """Let a state store whether a variable contains the number of the last scan.
 
-        A state stores only whether the number is that of the last scan.
+        A state does not store any other number of a scan.
         """
         if code.endswith(".SCAN"):
             self.slots.insert(0, Slot("0", f"{code} = shift"))
@@ -336,7 +336,7 @@ class Abstraction:
         )
 
     def turn(self, code: str, name: str, slot: str, *, own: bool) -> None:
-        """Plan a counter of a channel relative to its Serving, which is 0 in every state.
+        """Let a state store a counter of a channel relative to Serving, which is 0 in every state.
 
         `shift` is 0 in a normal run. `disturb` sets it to another number, which shifts all tickets
         and must change nothing.
@@ -350,7 +350,7 @@ class Abstraction:
             self.slots.append(Slot(get, f"{code} = shift + {{v}} & 65535"))
 
     def _elapsed(self, name: str) -> None:
-        """Plan the running time of a timer in ticks, at most its PT."""
+        """Let a state store the running time of a timer in ticks, at most its PT."""
         get = f"elapsed({name})"
         self.slots.append(Slot(get, f"{name}.start = now - {{v}} * {self.tick}", size="I"))
 
@@ -361,7 +361,7 @@ class Abstraction:
         return int(min((self.now - timer.start) // self.tick, most))
 
     def plain(self, code: str, kind: Type, condition: str) -> None:
-        """Plan a scalar, or an array of scalars."""
+        """Let a state store a scalar, or an array of scalars, unchanged."""
         junk = "; ".join(spoiling(code, kind))
         if isinstance(kind, ArrayType):
             get = f"{'bytes' if kind.element in _BYTES else 'tuple'}({code})"

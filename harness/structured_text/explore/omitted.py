@@ -2,9 +2,9 @@
 
 A variable that no table names is stored unchanged. A table may name a variable only if every call
 writes it before reading it (dropped), if it has the same value after every scan (fixed), or if it
-is read only under a condition. The entries are checked: for every new state the search repeats one
-scan with arbitrary values in all omitted variables, with all tickets shifted and at another time.
-The repeated scan must lead to the same state (`search`).
+is read only under a condition. The search checks the entries (`search`). For every new state it
+repeats one scan. In the repeated scan, all omitted variables have arbitrary values, all tickets are
+greater by the same number, and the PLC time differs. This scan must lead to the same state.
 """
 
 from __future__ import annotations

@@ -164,8 +164,8 @@ class Transition(NamedTuple):
         choice: The number of the choice.
         key: The key of the next state.
         following: The next state, packed; empty if it is known.
-        is_cut: The next state is outside the search.
-        is_checked: The step is repeated to check the abstraction, before the next step.
+        is_cut: Whether the next state is outside the search.
+        is_checked: Whether the step is repeated, before the next step, to check the abstraction.
         broken: The rules that are broken, in words.
     """
 

@@ -74,7 +74,7 @@ class Scope:
 def variables_of(node: s.Pou) -> dict[str, s.TypeSpec]:
     """Return the types of a POU's variables by upper-case name.
 
-    A function's own name is one of them.
+    The result includes the name of a function itself, with the type of its result.
     """
     found = {name.key: one.spec for _, one, name in declared(node.sections)}
     return found if node.result is None else {**found, node.name.key: node.result}

@@ -224,7 +224,7 @@ class _Source:
         return self.tokens[index].start_pos or 0
 
     def end(self, index: int) -> int:
-        """Return the offset where a token ends; 0 before the first token."""
+        """Return the offset where a token ends; 0 for the index -1, before the first token."""
         return self.start(index) + len(self.tokens[index]) if index >= 0 else 0
 
     def gap(self, index: int) -> str:

@@ -111,7 +111,7 @@ class _Names:
         return frozenset(map(str.upper, self.known))
 
     def of(self, word: str) -> str:
-        """Return a name as it is exported."""
+        """Return the name under which the export writes a name of the sources."""
         return self.keys.get(word.upper(), "") + word
 
 

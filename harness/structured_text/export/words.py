@@ -151,9 +151,9 @@ class Words:
     ) -> Iterator[tuple[s.Position, str]]:
         """Yield the position of each item that is not on the list, and what to write instead.
 
-        Items that came with the third edition are skipped, because they are reported as constructs
-        beyond the portable subset. `functions` are the names of the sources' functions, in upper
-        case.
+        Items of the third edition of IEC 61131-3 are skipped, because they are reported as
+        constructs beyond the portable subset. `functions` are the names of the sources' functions,
+        in upper case.
         """
         for what, name, at in _used(node, functions):
             if not self._has(what, name):

@@ -34,7 +34,7 @@ class PerTest(ABC):
         """Prepare for the next test."""
 
     def end(self) -> None:  # noqa: B027 - not all need it
-        """Finish the current test."""
+        """Finish the records of the current test."""
 
     def pytest_collection_finish(self) -> None:
         """Record the code that has run before the first test."""

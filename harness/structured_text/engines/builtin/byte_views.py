@@ -271,7 +271,7 @@ class Row(_Composite):
         return data[at - first * step :][:size]
 
     def write(self, value: Any, at: int, data: bytes) -> Any:
-        """Change some bytes of a list."""
+        """Replace the bytes of an array, which is a list, from position `at` on by `data`."""
         step, behind = self.element.size, at + len(data)
         for k in range(at // step, -(-behind // step)):
             begin, end = max(at, k * step), min(behind, (k + 1) * step)
@@ -311,7 +311,10 @@ class Record(_Composite):
         return bytes(data)
 
     def write(self, value: Any, at: int, data: bytes) -> Any:
-        """Change some bytes of a structure; bytes between its fields are ignored."""
+        """Replace the bytes of a structure from position `at` on.
+
+        Bytes between its fields are ignored.
+        """
         if self.union:
             value.memory.write(value.at + at, data)
             return value
@@ -449,7 +452,7 @@ class View:
 
     @property
     def V(self) -> Any:  # noqa: N802 (as other pointers have it)
-        """Return the value at the pointer's position."""
+        """Return the value that the bytes at the pointer's position represent."""
         return self.layout.look(self.memory, self.at_)
 
     @V.setter
@@ -457,11 +460,11 @@ class View:
         self.layout.store(self.memory, self.at_, value)
 
     def at(self, offset: int) -> View:
-        """Return the pointer moved by some elements."""
+        """Return a pointer that is `offset` elements further on."""
         return View(self.memory, self.at_ + offset * self.layout.size, self.layout)
 
     def moved(self, offset: int, size: int) -> View:
-        """Return the pointer moved by some bytes."""
+        """Return a pointer that is `offset` bytes further on."""
         del size
         return View(self.memory, self.at_ + offset, self.layout)
 

@@ -284,7 +284,7 @@ class _CountingExpressions(ExpressionCode):
 
     For a decision without skipped conditions, the code computes all conditions, joins them to a
     vector and looks up the outcome in a dict. For a lazy decision, each evaluated condition reports
-    its value through `see`, and Python's own operators decide what is skipped.
+    its value through `see`, and Python's own operators decide which conditions are skipped.
     """
 
     def __init__(self, project: Project, pou: t.Pou, plan: Plan) -> None:
@@ -296,7 +296,10 @@ class _CountingExpressions(ExpressionCode):
         self._tells: dict[int, str] = {}
 
     def value(self, node: t.Expression) -> Value:
-        """Return the code of an expression; it evaluates all conditions of a non-lazy decision."""
+        """Return the code of an expression.
+
+        If the expression is a decision that is not lazy, the code evaluates all its conditions.
+        """
         tells = self._tells.pop(id(node), "")
         if tells:
             return Value(f"{tells}, {self.value(node).code})")

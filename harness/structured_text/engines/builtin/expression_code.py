@@ -206,7 +206,7 @@ class ExpressionCode:
     # --- values ---
 
     def exact(self, node: t.Expression) -> str:
-        """Return the Python code of an expression with a value of its type."""
+        """Return the Python code of an expression; its value is wrapped or rounded to its type."""
         if isinstance(node, t.Constant) and type_name(node.type) == "REAL":
             return repr(c_float(float(node.value)).value)
         return settle(self.value(node), node.type)

@@ -50,7 +50,7 @@ class _Code(Protocol):
         """Return the Python code of the position of an element."""
 
     def elements(self, node: t.Index) -> str:
-        """Return the Python code of the list that contains an element."""
+        """Return the Python code of the list that contains an element of an array."""
 
     def adapted(self, code: str, kind: Type, to: Type) -> str:
         """Return the Python code of an output for a target of another type."""
@@ -180,7 +180,7 @@ class Pointing:
         return f"({', '.join(parts)})[-1]"
 
     def _layout(self, kind: Type) -> str:
-        """Return the layout of a pointer's target."""
+        """Return the name of the layout (`byte_views`) of a pointer's target."""
         assert isinstance(kind, ReferenceType)
         assert kind.target is not None
         return self.storage.layout(kind.target)

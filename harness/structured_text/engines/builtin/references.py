@@ -38,11 +38,11 @@ class _Movable:
     __slots__ = ()
 
     def at(self, offset: int) -> Any:
-        """Return the pointer moved by some elements."""
+        """Return a pointer that is `offset` elements further on."""
         raise NotImplementedError
 
     def moved(self, offset: int, size: int) -> Any:
-        """Return the pointer moved by some bytes."""
+        """Return a pointer that is `offset` bytes further on; `size` is the size of an element."""
         count, rest = divmod(offset, size)
         if rest:
             raise MemoryAccessError(
@@ -61,7 +61,7 @@ class Slot(_Movable):
 
     @property
     def V(self) -> Any:  # noqa: N802 (all names of Structured Text are in upper case)
-        """Return the value of the variable."""
+        """Return the value of the variable that the pointer refers to."""
         return getattr(self.holder, self.key)
 
     @V.setter
@@ -69,7 +69,7 @@ class Slot(_Movable):
         setattr(self.holder, self.key, value)
 
     def at(self, offset: int) -> Slot:
-        """Return the pointer moved by some elements."""
+        """Return this pointer; raise MemoryAccessError if `offset` is not 0."""
         if offset:
             raise MemoryAccessError(f"a pointer to {self.key} leads {offset} elements beyond it")
         return self
@@ -92,7 +92,7 @@ class Item(_Movable):
 
     @property
     def V(self) -> Any:  # noqa: N802
-        """Return the value of the variable."""
+        """Return the value of the array element that the pointer refers to."""
         return self.holder[self._inside()]
 
     @V.setter
@@ -100,7 +100,7 @@ class Item(_Movable):
         self.holder[self._inside()] = value
 
     def at(self, offset: int) -> Item:
-        """Return the pointer moved by some elements."""
+        """Return a pointer that is `offset` elements further on."""
         return Item(self.holder, self.key + offset)
 
 
@@ -113,7 +113,7 @@ class Whole(_Movable):
         self.V = value
 
     def at(self, offset: int) -> Whole:
-        """Return the pointer moved by some elements."""
+        """Return this pointer; raise MemoryAccessError if `offset` is not 0."""
         if offset:
             raise MemoryAccessError(f"a pointer leads {offset} elements beyond its variable")
         return self

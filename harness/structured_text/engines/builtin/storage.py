@@ -90,7 +90,7 @@ class Storage:
         self._layouts: dict[str, str] = {}
 
     def layout(self, kind: Type) -> str:
-        """Return the name of the layout of a type."""
+        """Return the name that the layout of a type has in the generated code."""
         code = _layout_of(kind)
         if code not in self._layouts:
             self._layouts[code] = name = f"y{len(self._layouts)}"

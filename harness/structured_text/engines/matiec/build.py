@@ -115,7 +115,7 @@ class RefusedCodeError(Exception):
         super().__init__(reason)
 
 
-#: A place in a message of gcc or clang.
+#: Matches a file and a line in a message of gcc or clang.
 _C_PLACE = re.compile(r"([\w.]+\.[ch]):(\d+):")
 #: The first line of a function in the C code of iec2c; it has the name of its POU.
 _C_FUNCTION = re.compile(r"^[A-Za-z_]\w*[ *]+(\w+?)(?:_body__|_init__)?\(")
@@ -133,7 +133,7 @@ def _where(reason: str, folder: Path) -> str:
 
 
 def _program_part(target: Path, wanted: Wanted) -> Iterator[str]:
-    """Yield the part of the runtime that depends on the program."""
+    """Yield the C code of the runtime that depends on the program."""
     places = dict(_located(target))
     regions: list[str] = []
     for kind, place in zip(places.values(), places, strict=True):

@@ -26,8 +26,8 @@ _OUTPUTS = ("CV", "Q", "QU", "QD")
 def other_counts(sources: Sources) -> Iterator[Hit]:
     """Yield the places that read an output of a counter whose value may differ on matiec.
 
-    If the program reads no output of a counter, a test or an operator panel may read an output. In
-    this case the first call of the counter is yielded, unless CV cannot differ.
+    If the program reads no output of a counter, a test or an operator panel may read it. In this
+    case the first call of the counter is yielded. A counter whose CV cannot differ is left out.
     """
     if sources.counters == "preset":
         return

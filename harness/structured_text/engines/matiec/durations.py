@@ -114,7 +114,7 @@ class _Values:
                     changed = True
 
     def of(self, pou: t.Pou, one: t.Expression | _Key) -> _Value:
-        """Return the errors of a duration."""
+        """Return the possible errors that a duration has on matiec."""
         if isinstance(one, tuple):
             return self._known[one]
         if isinstance(one, t.Constant):

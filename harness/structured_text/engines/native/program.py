@@ -255,8 +255,8 @@ class NativeProgram(OfProject):
 def _keep_pointers(memory: memoryview, theirs: bytes, ours: bytes, distance: int) -> None:
     """Set pointers into the instance's own memory to their first values.
 
-    At the start of two instances, a word with such a pointer differs by the distance of their
-    memories. Every other word is equal or differs by another amount.
+    A word is such a pointer if its first values in two instances differ by the distance between the
+    memories of these instances.
     """
     for at in range(0, len(ours) - _POINTER.size + 1, _POINTER.size):
         there, here = _POINTER.unpack_from(theirs, at)[0], _POINTER.unpack_from(ours, at)[0]
@@ -265,7 +265,7 @@ def _keep_pointers(memory: memoryview, theirs: bytes, ours: bytes, distance: int
 
 
 def _reader(slots: Sequence[_Slot]) -> Callable[[], tuple[Value, ...]]:
-    """Return a reader of variables in one memory; numbers are unpacked in a single call."""
+    """Return a function that reads variables in one memory; it unpacks numbers in a single call."""
     if all(one.codec.form for one in slots):
         packed = _packed_reader(slots)
         if packed is not None:
@@ -275,7 +275,7 @@ def _reader(slots: Sequence[_Slot]) -> Callable[[], tuple[Value, ...]]:
 
 
 def _packed_reader(slots: Sequence[_Slot]) -> Callable[[], tuple[Value, ...]] | None:
-    """Return a reader of numbers in one memory; None if two of them overlap."""
+    """Return a function that reads numbers in one memory; None if two numbers overlap."""
     memory = slots[0].memory
     order = sorted(range(len(slots)), key=lambda k: slots[k].at)
     start = end = slots[order[0]].at

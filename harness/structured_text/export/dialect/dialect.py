@@ -323,7 +323,7 @@ class _Body(Body):
         return kind == "IDENT" and self._names.is_byte(self._type(at))
 
     def _byte_of_standard(self, at: int) -> bool:
-        """Return whether a standard function with the type of its arguments gets a BYTE."""
+        """Return whether a standard function has a BYTE argument and a result of the same type."""
         key = self._found[at].upper()
         if key not in FUNCTIONS or FUNCTIONS[key].result != "T":
             return False

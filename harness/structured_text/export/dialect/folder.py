@@ -224,9 +224,9 @@ class _Writer:
 
 
 def _written(part: Part, dialect: Dialect) -> bool:
-    """Return whether a declaration has files.
+    """Return whether files are written for a declaration.
 
-    Named arrays have none, and enumerations only if the tool has them.
+    Named arrays have no files. Enumerations have files only if the tool has enumerations.
     """
     if not isinstance(part.node, s.TypeDecl):
         return True

@@ -96,8 +96,9 @@ class Data:
 class Tag:
     """A parameter or tag.
 
-    `usage` is Input, Output, InOut or Local. `initial` is its first value as Structured Text, or
-    None if the controller's own zero is sufficient.
+    It belongs to an Add-On Instruction or a program. `usage` is Input, Output, InOut or Local.
+    `initial` is the first value as Structured Text; None if the controller's default, zero, is
+    sufficient.
     """
 
     name: str

@@ -328,7 +328,7 @@ class _Run:
         return self._suites[number - 1]
 
     def path(self) -> str:
-        """Return the path of the suite that is called."""
+        """Return the path of the suite that is being called."""
         number: int = self._current()[0]
         return str(self._paths[number - 1])
 
