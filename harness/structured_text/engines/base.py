@@ -64,7 +64,7 @@ class Program(Protocol):
     """
 
     engine: str
-    """`"matiec"`, `"builtin"` or `"strucpp"`."""
+    """The name of the engine: `"matiec"`, `"builtin"` or `"strucpp"`."""
     tick_us: int | None
     """Greatest common divisor of the task intervals [µs]; None without a CONFIGURATION."""
 

@@ -135,7 +135,7 @@ def _on_matiec(project: Project, engine: str, matiec: Matiec, compiler: str) -> 
 def _elsewhere(rules: Dialect, engine: str) -> str:
     """Return a notice if the engine does not support the dialect of the program.
 
-    Otherwise empty.
+    The notice is empty if the engine supports the dialect.
     """
     return "" if rules.is_matiec else f"{engine} does not compute in the dialect {rules.name}"
 

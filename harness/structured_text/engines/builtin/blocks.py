@@ -175,7 +175,7 @@ _COUNTERS: dict[str, tuple[_Counter, tuple[str, ...]]] = {
 _NAMES = {name: name.removeprefix("L").partition("_")[0] for name in BLOCKS}
 _NAMES.update({name: name for name in ("R_TRIG", "F_TRIG")})
 
-#: The class of a block's instances, by the block's name.
+#: Maps the name of a standard block to the class of its instances.
 CLASSES = {
     name: _class(name, _COUNTERS[kind][1] if kind in _COUNTERS else _KINDS[kind][1])
     for name, kind in _NAMES.items()

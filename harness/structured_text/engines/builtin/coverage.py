@@ -208,7 +208,7 @@ class Plan:
 
 
 def _is_operator(node: t.Expression) -> bool:
-    """Return whether a node is an operation with a BOOL result, and so the root of a decision."""
+    """Return whether a node is an operation with a BOOL result; it is the root of a decision."""
     if isinstance(node, t.Binary):
         return node.op in _COMPARISONS or _is_logic(node)
     return isinstance(node, t.Same) or _is_logic(node)

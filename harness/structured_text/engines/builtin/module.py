@@ -123,7 +123,7 @@ class Module:
 
     @contextmanager
     def answering(self, answers: Mapping[str, Callable[..., Any]]) -> Iterator[None]:
-        """Replace FUNCTIONs, by name, by Python functions inside the `with`."""
+        """Replace some FUNCTIONs of the program by Python functions inside the `with`."""
         keys = {f"f_{name.upper()}": answer for name, answer in answers.items()}
         before = {key: self.names[key] for key in keys if key in self.names}
         self.names.update({key: keys[key] for key in before})

@@ -59,7 +59,7 @@ class _Code(Protocol):
         """Return the Python code of the argument for a VAR_IN_OUT."""
 
     def exact(self, node: t.Expression) -> str:
-        """Return the Python code of an expression with a value of its type."""
+        """Return the Python code of an expression; its value is wrapped or rounded to its type."""
 
 
 class Pointing:
@@ -286,5 +286,7 @@ _EFFECTS = (t.CallMethod, t.Deref, t.Assigned, t.Query, t.New)
 
 
 def has_effect(node: t.Expression) -> bool:
-    """Return whether an operand must be evaluated: it has an effect, or follows a pointer."""
+    """Return whether an operand must be evaluated, because it has an effect or follows a
+    pointer.
+    """
     return any(isinstance(one, _EFFECTS) for one in nodes(node))

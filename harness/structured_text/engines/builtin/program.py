@@ -119,7 +119,8 @@ class BuiltinProgram(OfProject):
     def _made(self, block: BlockType) -> Any:
         """Return the object of a program instance.
 
-        It is new, or the single object of a program that other POUs call by its name.
+        If other POUs call the program by its name, its only object is returned. Otherwise the
+        object is new.
         """
         key = block.name.upper()
         shared = self.project.global_symbols.get(key)
@@ -360,7 +361,7 @@ class BuiltinProgram(OfProject):
 
     @contextmanager
     def answering(self, answers: Mapping[str, Callable[..., Any]]) -> Iterator[None]:
-        """Replace the calls of FUNCTIONs, by name, by Python functions inside the `with`.
+        """Replace the calls of some FUNCTIONs by Python functions inside the `with`.
 
         A Python function gets the inputs in the order of their declaration, as the engine
         represents them. Functions that the program does not have are ignored.

@@ -254,7 +254,7 @@ def _recast(pointer: Any, own: Layout, other: Layout) -> Any:
 
 
 def _address(pointer: Any) -> int:
-    """Return the number of a pointer: 0 for NULL; raise MemoryAccessError for any other."""
+    """Return 0 as the number of the null pointer; raise MemoryAccessError for other pointers."""
     if pointer is _NULL:
         return 0
     raise MemoryAccessError(
@@ -518,7 +518,7 @@ class Holders:
         return self._at(saved)
 
     def path(self, pointer: Any) -> str:
-        """Return the path of a pointer's target; empty for NULL, `?` if it is not a variable."""
+        """Return the path of a pointer's target; empty for NULL, `?` if the target has no path."""
         if isinstance(pointer, (_Null, _NoBlock)):
             return ""
         if isinstance(pointer, View):

@@ -379,7 +379,7 @@ def _time_of(moment: int) -> int:
 
 
 def _time_text(time: int) -> str:
-    """Return a duration as `T#1d2h3m4s5.6ms`; it ends at the last part that is not zero."""
+    """Return a duration as `T#1d2h3m4s5.6ms`; the text ends at the last part that is not zero."""
     sign, rest = ("-", -time) if time < 0 else ("", time)
     parts = []
     for size, unit in ((86_400, "d"), (3_600, "h"), (60, "m"), (1, "s")):

@@ -71,7 +71,8 @@ JOINS = {"ADD": "+", "MUL": "*", "AND": "&", "OR": "|", "XOR": "^"}
 _BOOL_JOINS = {"AND": "and", "OR": "or", "XOR": "^"}
 _JOINING = ("CONCAT", "INSERT", "REPLACE")
 _STRINGS = ("LEFT", "RIGHT", "MID", "DELETE", *_JOINING)
-#: Functions of the third edition; the generated code calls functions of the same names.
+#: Functions of the third edition of IEC 61131-3; the generated code calls functions of the same
+#: names.
 _CALENDAR = (
     *("CONCAT_DATE", "CONCAT_TOD", "CONCAT_LTOD", "CONCAT_DT", "CONCAT_LDT", "DAY_OF_WEEK"),
 )

@@ -38,7 +38,7 @@ class Writer:
     A block's function has the parameters `s`, its instance, and the VAR_IN_OUT variables.
     Structures and arrays are passed by reference, scalars are returned at the end. A call that
     passes the same variable twice is refused. Therefore a program has the same results as with
-    copies at the begin and the end of the call.
+    copies at the beginning and at the end of the call.
 
     Attributes:
         lines: The code.

@@ -138,7 +138,7 @@ class NativeProgram(OfProject):
         """Run one base tick at PLC time `now_us` [µs].
 
         Endless loops are not ended. An index is checked only if the compiler's code does so. Raise
-        InputError if the program divides an integer by zero, or accesses memory of others.
+        InputError if the program divides an integer by zero, or accesses memory outside its own.
         """
         wrong = self._scan(now_us)
         if wrong is not None:
