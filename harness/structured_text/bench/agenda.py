@@ -17,7 +17,8 @@ STIMULUS, SCAN = 0, 5
 
 Duration = str | int | timedelta
 
-#: The function that an event calls. Its argument is the time of the event in microseconds.
+#: The function that an event calls. The argument of the function is the time of the event in
+#: microseconds.
 Action = Callable[[int], None]
 
 #: The saved state of an agenda, see `Agenda.restore`.

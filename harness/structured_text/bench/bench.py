@@ -266,7 +266,7 @@ class Bench:
         self._agenda.delay(SCAN, whole("late_us", late_us, 0, _LONGEST_US))
 
     def at(self, t_us: int, action: Callable[[], None]) -> None:
-        """Call `action` at `t_us`, before anything else that happens at that time."""
+        """Call `action` at `t_us`, before all other events of this time."""
         whole("t_us", t_us, 0, _NEVER)
         if t_us < self.now_us:
             raise InputError(
@@ -294,7 +294,7 @@ class Bench:
 
     @property
     def next_us(self) -> int:
-        """Return the planned time of the next scan; `overrun` does not change the plan."""
+        """Return the planned time of the next scan, without a delay by `overrun`."""
         return self._first_us + self.scans * self._scan_us
 
     # --- state -------------------------------------------------------------------------------

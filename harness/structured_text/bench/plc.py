@@ -58,7 +58,7 @@ class Plc:
         self._outside[path] = self._program.read(path)
 
     def judge(self, now_us: int, scan: int) -> list[Violation]:
-        """Return the violations that the monitors have found in a scan."""
+        """Return the broken rules that the monitors have found in a scan."""
         return [found for one, _ in self._monitors for found in one.scan(now_us, scan)]
 
     def stop(self, *, power: bool) -> None:
@@ -68,8 +68,8 @@ class Plc:
     def start(self, start: str) -> None:
         """Go into RUN; `start` is `warm`, `cold` or `continue`.
 
-        A variable that was set from outside and still has that value is an input of the program. It
-        has the same value after the start.
+        A variable that was set from outside and still has this value is an input of the program. An
+        input has the same value after the start.
         """
         if start != "continue" or not self.powered:
             self._begin_anew(retain=start != "cold")

@@ -35,7 +35,7 @@ _K = TypeVar("_K")
 
 
 class Sample(NamedTuple):
-    """One scan: the watched variables at its end."""
+    """A record of one scan, with the watched variables at the end of the scan."""
 
     t_us: int
     scan: int
@@ -62,7 +62,7 @@ class Trace(Generic[_R]):
     """The records of a run, streamed to a file as they come; the latest are also in memory.
 
     Args:
-        header: Entries of the first line behind `format`, in this order.
+        header: Entries of the first line after `format`, in this order.
         path: File to write; None for memory only.
         new: Refuse a file that exists.
         keep: Number of records in memory.

@@ -127,7 +127,7 @@ class Entry:
         return held_us
 
     def parts(self: _Made) -> list[_Made]:
-        """Return the entry for its begin, and a second entry for its end if it has a duration."""
+        """Return the entry without its duration, and a second entry for the end of the duration."""
         if self.held_us is None:
             return [self]
         return [replace(self, held_us=None), self.end(self.t_us + self.held_us)]
@@ -154,7 +154,7 @@ class Entry:
             checked(EVENTS, event, args)
 
     def set_values(self, bench: Bench) -> None:
-        """Set the variables."""
+        """Set the variables of the entry."""
         for path, value in self.values.items():
             bench[path] = typed(bench, path, value)
 
@@ -166,7 +166,7 @@ class Stimulus:
     """
 
     entry: ClassVar[type[Entry]] = Entry
-    """The class of the entries."""
+    """The class of the entries; a subclass can use another class."""
 
     def __init__(self, file: Path, entries: Sequence[Any]) -> None:
         self.file = file
@@ -262,7 +262,7 @@ def _entry_lines(file: Path) -> list[int]:
 
 
 def listed(table: Mapping[str, Any], key: str) -> list[Any]:
-    """Return the values of a key as a list; a key has one value or several."""
+    """Return the values of a key as a list, even if the key has only one value."""
     given = table.get(key, [])
     return given if isinstance(given, list) else [given]
 

@@ -163,7 +163,7 @@ class Console:
         raise InputError(f"{text} is not a variable that lasts from scan to scan")
 
     def watch(self, path: str, number: int) -> DataWatch:
-        """Return a watch for a variable, or raise InputError."""
+        """Return a watch for a variable; raise InputError if the variable cannot be watched."""
         found = self._memory.at(resolve(self._project, path))
         if is_scalar(found.type):
             return DataWatch(

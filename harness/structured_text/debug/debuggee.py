@@ -57,7 +57,7 @@ class Debuggee:
 
 
 class Requests:
-    """The handlers of requests about a run; `_on_NAME` handles the request NAME."""
+    """The base of classes that handle requests about a run; `_on_NAME` handles the request NAME."""
 
     def __init__(self, run: Debuggee) -> None:
         self._run = run

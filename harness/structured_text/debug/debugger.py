@@ -39,7 +39,10 @@ class _Leave(BaseException):
 
 
 class _Hit(BaseException):
-    """An exception that leaves a fast scan at a stop; the scan is then repeated with all hooks."""
+    """An exception that leaves a fast scan at a stop.
+
+    After it, the scan is repeated with a hook before every statement.
+    """
 
 
 @dataclass
@@ -170,7 +173,7 @@ class Debugger:
             watch.begin()
 
     def _again(self, scan: int) -> None:
-        """Restore the beginning of a scan that ran fast, so that it can run with all hooks.
+        """Restore the beginning of a scan that ran fast, so that it can run with hooks.
 
         Messages that the fast run has printed are not printed again.
         """
@@ -181,7 +184,7 @@ class Debugger:
     def _steps_in(self, scan: int) -> bool:
         """Return whether a step can end in this scan."""
         order = self._going.order
-        if order.task:  # a step of a device's task ends in the hook of the fast scan
+        if order.task:  # the fast scan has a hook that ends steps of device tasks
             return False
         return scan >= self._goal if order.until == "scan" else order.until != "continue"
 
@@ -199,7 +202,8 @@ class Debugger:
                 self.player.plain()
         except _Hit:
             return False
-        # If a watch has changed, the repetition with all hooks stops at the change.
+        # If a watch has changed, the repetition with a hook before every statement stops at the
+        # change.
         return not any(watch.changed() for watch in self.watches)
 
     def _lines(self) -> dict[str, frozenset[int]]:
@@ -214,7 +218,7 @@ class Debugger:
             raise _Hit
 
     def _fast_device(self) -> Callable[[DeviceStep], None] | None:
-        """Return the hook for lines of devices in a fast scan; None if it is not needed."""
+        """Return the hook for lines of devices in a fast scan; None if no hook is needed."""
         if not self._going.order.task and not any(map(_of_device, self.breakpoints)):
             return None
 
@@ -227,7 +231,7 @@ class Debugger:
     def _look(self) -> None:
         """Decide before a statement whether to stop.
 
-        Used in a scan with hooks before all statements.
+        The method is used in a scan with hooks before all statements.
         """
         tracer = self.player.tracer
         if self._target is not None:

@@ -23,11 +23,11 @@ class Finding(Protocol):
 
     @property
     def t_us(self) -> int:
-        """Return the time in microseconds."""
+        """Return the time at which the rule was broken, in microseconds."""
 
     @property
     def text(self) -> str:
-        """Return the text of the rule, in one sentence."""
+        """Return one sentence about the broken rule."""
 
 
 class Machine(Protocol):
@@ -47,7 +47,7 @@ class Machine(Protocol):
 
     @property
     def around(self) -> Sequence[Scope]:
-        """Return the groups of current values around the program."""
+        """Return the groups of current values that belong to the devices around the program."""
 
     @property
     def ended(self) -> str:

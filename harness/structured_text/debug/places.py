@@ -34,7 +34,7 @@ class _Marking(Writer):
         begins: The line of the source, by the index of the generated line at which a statement
             begins.
         rounds: For the generated line with the head of a loop, the first generated line of the
-            loop. From the second round on, the head counts as a statement.
+            loop. From the second round of the loop on, the head counts as a statement.
     """
 
     def __init__(self, project: Project, pou: t.Pou, storage: Storage) -> None:
@@ -179,7 +179,7 @@ class Places:
         return found, tuple(key for at, key in lines if at == found)
 
     def lines(self, file: str, first: int, last: int) -> list[int]:
-        """Return the lines of a range that have statements."""
+        """Return the lines of a file, within a range, that have statements."""
         found = self._files.get(real_path(file), [])
         return sorted({line for line, _ in found if first <= line <= last})
 

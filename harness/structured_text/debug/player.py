@@ -141,7 +141,7 @@ class Player:
         self._arrive()
 
     def _arrive(self) -> None:
-        """Repeat the user's changes between the last scan and the next."""
+        """Repeat the user's changes that were made between the last scan and the next scan."""
         for one in self._edits:
             if one.at == (self.machine.scans, 0):
                 one.apply()

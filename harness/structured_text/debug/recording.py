@@ -124,7 +124,7 @@ def _key(value: Any) -> Any:
 
 
 def _literal(value: Any) -> Any:
-    """Return a value as JSON can store it."""
+    """Return a value in a form that JSON can store."""
     if isinstance(value, bytes):
         return {"hex": value.hex()}
     if isinstance(value, timedelta):
@@ -229,7 +229,7 @@ class Tape:
 
     @contextmanager
     def watched(self, t_us: int) -> Iterator[None]:
-        """Run the body of the `with` around a scan at this time; a subclass can observe it."""
+        """Surround a scan at the time `now_us`; a subclass can observe the scan here."""
         del t_us
         yield
 

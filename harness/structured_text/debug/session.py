@@ -163,7 +163,10 @@ class Session:
             self._stopped = None
 
     def poll(self) -> Quit | None:
-        """Answer the requests that have arrived while the program runs."""
+        """Answer the requests that have arrived while the program runs.
+
+        Return Quit to end the run.
+        """
         try:
             while (message := self._client.next(wait=False)) is not None:
                 if isinstance(self._handle(message), Quit):

@@ -1,9 +1,9 @@
 """One scan under the interpreter's trace hook, which can stop before every statement.
 
 The program's code is the same with and without the hook. A stop is a call of the hook that blocks
-until the user continues. A scan is left in its middle by an exception, which no program catches. A
-line of a device's program that begins during a scan counts as a step of the scan, as a statement
-does.
+until the user continues. A scan is left in its middle by an exception, which no program catches.
+Each statement counts as a step of the scan. A line of a device's program that begins during the
+scan also counts as a step.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from structured_text.debug.places import Code, Places
 
 __all__ = ["Entry", "Lines", "Tracer"]
 
-#: Traced lines of the module, by the upper-case name of the POU.
+#: Traced lines of the generated Python module, by the upper-case name of the POU.
 Lines = Mapping[str, frozenset[int]]
 
 

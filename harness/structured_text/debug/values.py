@@ -43,7 +43,7 @@ class Held:
         name: Displayed name: a member, `[3]`, or the user's expression.
         get: Returns the value.
         set: Sets the value; None if it cannot be set.
-        path: An expression for the variable in its POU; empty if there is none.
+        path: An expression for the variable in its POU; empty if there is no such expression.
     """
 
     name: str
@@ -91,7 +91,10 @@ class ProgramVariables:
         self._holders = Holders(self._project, self.shared, self.roots)
 
     def path(self, held: Any) -> str:
-        """Return the path of an instance or structure; empty if it exists only during a call."""
+        """Return the path of an instance or structure.
+
+        The result is empty if the object exists only during a call.
+        """
         found = self._holders.find(held)
         return found.path if found is not None else ""
 
@@ -124,7 +127,7 @@ class ProgramVariables:
         return [found for one in symbols if (found := self.of_symbol(one, held, of.path))]
 
     def of_symbol(self, symbol: t.Symbol, instance: Any, path: str = "") -> Held | None:
-        """Return a variable of an instance; None if the instance does not store it."""
+        """Return a variable of an instance; None if the instance does not store this variable."""
         whole = f"{path}.{symbol.name}" if path else symbol.name
         if symbol.section == "VAR_EXTERNAL":
             key = symbol.source or symbol.name.upper()
@@ -142,7 +145,7 @@ class ProgramVariables:
         return self._place(instance, slot, symbol.name, whole, symbol.type)
 
     def of_global(self, symbol: t.Symbol, name: str = "", path: str = "") -> Held:
-        """Return a global variable."""
+        """Return a global variable for display."""
         slot = symbol.name.upper() if symbol.address is None else address_slot(symbol.address)
         shown = name or symbol.name
         return self._place(self.shared, slot, shown, path or shown, symbol.type)

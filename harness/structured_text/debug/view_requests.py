@@ -96,7 +96,7 @@ class ViewRequests(Requests):
         return {**body, "source": source_of(file)} if file else body
 
     def frame(self, arguments: Message) -> Frame:
-        """Return the requested frame of the PLC, by default the innermost.
+        """Return the requested frame of the PLC, by default the innermost frame.
 
         For a frame of a device, return the innermost frame of the PLC, in which the PLC's
         expressions are evaluated.

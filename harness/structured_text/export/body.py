@@ -1,8 +1,8 @@
 """Statements with the functions and pins of a tool; comments and line breaks are preserved.
 
 The translation works on tokens, not on the syntax tree. The text between tokens is copied, so the
-output has the layout of the source. Only calls, names, paths and literals are rewritten; each tool
-overrides the methods for what it writes differently.
+output has the layout of the source. Only calls, names, paths and literals are rewritten. A subclass
+for a tool overrides the methods whose result differs in this tool.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ class Scope:
     """The meaning of names in the statements of a POU, by upper-case name.
 
     Attributes:
-        variables: Types of its variables.
-        base: Returns the type that a named type stands for.
+        variables: Types of the variables of the POU.
+        base: A function that returns the definition of a named type.
         pins: The inputs and VAR_IN_OUT of each block and function of the sources, in order.
         functions: The functions of the sources.
     """
@@ -66,7 +66,7 @@ class Scope:
         )
 
     def block(self, spec: s.TypeSpec | None) -> str:
-        """Return the upper-case name of a block type; "" for another type."""
+        """Return the upper-case name of a type if it is a block type, else ""."""
         key = spec.name.key if isinstance(spec, s.NamedSpec) else ""
         return key if key in BLOCKS or key in self.pins else ""
 
@@ -86,7 +86,7 @@ def _pins(node: s.Pou) -> tuple[str, ...]:
 
 
 class Body:
-    """A writer that replaces standard functions, and the pins of standard blocks, by a tool's."""
+    """A writer of statements with a tool's own standard functions and pins of standard blocks."""
 
     def __init__(self, text: str, scope: Scope, words: Words) -> None:
         self._text = text
@@ -177,7 +177,7 @@ class Body:
         return "".join(pieces), at
 
     def _steps(self, at: int, spec: s.TypeSpec | None) -> Iterator[_Step]:
-        """Yield the fields and indices from a token on, each with the types before and after it."""
+        """Yield the steps (fields and indices) of a path from a token on."""
         while self._kind(at) in ("DOT", "LSQB"):
             if self._kind(at) == "LSQB":
                 end, after = self._closed(at), getattr(spec, "element", None)
@@ -191,7 +191,7 @@ class Body:
         return self._plain(str(self._found[at]))
 
     def _enclosed(self, at: int, end: int) -> str:
-        """Return the text in brackets, with the brackets."""
+        """Return the text of a pair of brackets, including the brackets."""
         inside = f"{self._gap(at + 1)}{self._run(at + 1, end - 1)}{self._gap(end - 1)}"
         return f"{self._found[at]}{inside}{self._found[end - 1]}"
 
@@ -205,7 +205,7 @@ class Body:
         return name if found.upper() == name.upper() else found
 
     def _pins(self, at: int, end: int, block: str) -> str:
-        """Return the arguments of a block's call, each with its pin."""
+        """Return the arguments of a call of a block, each with the tool's name of its pin."""
         pieces = []
         standard = BLOCKS.get(block)
         order = [one.name for one in standard.variables] if standard else self._scope.pins[block]
@@ -264,7 +264,7 @@ class Body:
     ) -> str:
         """Return a call of a function of the sources.
 
-        `at` is the index of the function's name, and `end` the index of the token behind the call.
+        `at` is the index of the function's name, and `end` the index of the token after the call.
         `named` says whether arguments are named; None leaves them as in the source. `defaults` are
         values for omitted arguments, by upper-case name.
         """
@@ -290,11 +290,11 @@ class Body:
         return f"{self._word(at)}({inside})"
 
     def _begin(self, name: str, first: int) -> int:
-        """Return the index of the first token of an argument."""
+        """Return the index of the first token of an argument's value."""
         return first - 2 if name else first
 
     def _arguments(self, first: int, end: int) -> list[tuple[str, int, int]]:
-        """Return for each argument its name in upper case or "", its first token and its end."""
+        """Return the name (upper case or ""), first token and end of each argument."""
         found, depth, begin = [], 0, first
         for at in range(first, end + 1):
             depth += _OPEN.get(self._kind(at), 0) if at < end else 0

@@ -66,7 +66,7 @@ class Part:
 
     @property
     def text(self) -> str:
-        """Return the whole part as Structured Text, including the header."""
+        """Return the whole declaration as Structured Text, including the header."""
         header = f"{comment(self.header)}\n" if self.header else ""
         if self.kind in ("TYPE", "CONFIGURATION"):
             return f"{header}{self.head}\n"
@@ -114,7 +114,7 @@ class Sources:
         }
 
     def base(self, spec: s.TypeSpec | None) -> s.TypeSpec | None:
-        """Return the type that a named type stands for."""
+        """Return the definition of a named type; return any other type unchanged."""
         while isinstance(spec, s.NamedSpec) and spec.name.key in self.types:
             spec = self.types[spec.name.key].spec
         return spec
@@ -312,8 +312,8 @@ def _types(
 def _remarks(gap: str, *, own: bool, last: bool = True) -> Iterator[str]:
     """Yield the comments between two types that belong to the first or to the second type.
 
-    Without `own`, comments on the line of the first type are left out. Without `last`, comments on
-    lines of their own are left out.
+    If `own` is false, comments on the line of the first type are left out. If `last` is false,
+    comments on lines of their own are left out.
     """
     for found in _COMMENT.finditer(gap):
         on_line = "\n" not in gap[: found.start()]

@@ -28,8 +28,8 @@ __all__ = ["CONSTRUCTS_FILE", "Refusal", "Tool", "refused", "tools"]
 CONSTRUCTS_FILE = Path(__file__).parent / "constructs.toml"
 
 _ON_LIST = " is not on the list for "
-#: Details of a construct to which a statement about the construct does not apply. A tool that
-#: accepts `//` comments may refuse `/* */`.
+#: Variants of a construct that a tool may refuse although it accepts the construct. For example, a
+#: tool that accepts `//` comments may refuse `/* */`.
 _SAID_APART = ("/* */",)
 
 
@@ -148,7 +148,7 @@ def _by_name(tool: Tool, file: Path, one: s.Declaration, functions: set[str]) ->
     if isinstance(one, s.Pou | s.TypeDecl):
         for at, why in words(tool.words).lacking(one, functions):
             yield Refusal(file, at, why, certain=False)
-    # matiec reserves only the words of the second edition.
+    # matiec reserves only the words of the second edition of IEC 61131-3.
     if tool.words != "iec" or tool.export != "st":
         for at, why in reserved_names(one):
             yield Refusal(file, at, why, certain=False)

@@ -183,7 +183,7 @@ class _Writer:
         return _lines("\n".join([*text, *(f"  {line}" for line in lines)])) if lines else ""
 
     def flip_flops(self, parts: Iterable[Part]) -> Iterator[str]:
-        """Yield the flip-flops that the parts use, as function blocks."""
+        """Yield the flip-flops (SR, RS) that the declarations use, as function blocks."""
         used = {key for part in parts for key in blocks_of(part)}
         for key, (first, second, value) in _FLIP_FLOPS.items():
             if key in used:
@@ -237,7 +237,7 @@ class _Writer:
         yield "\n".join(["BEGIN", *self._cleared(node), body, f"END_{kind}"])
 
     def _section(self, section: s.Section, node: s.Pou) -> str:
-        """Return the kind of a section; the variables of a function are temporary."""
+        """Return the kind of a section in SCL, where the variables of a function are temporary."""
         return "VAR_TEMP" if node.kind == "FUNCTION" and section.kind == "VAR" else section.kind
 
     def _declared(self, section: s.Section, word: str, part: Part, node: s.Pou) -> Iterator[str]:

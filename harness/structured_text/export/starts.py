@@ -111,7 +111,7 @@ class Starts:
                 yield missing(part, why, of=of, at=name.at)
 
     def _once(self, node: s.Pou) -> dict[str, tuple[bool, list[str]]]:
-        """Return the statements for the first call of a block, by the flag that guards them."""
+        """Return the statements for the first call of a block, by the name of their flag."""
         taken = {name.key for _, _, name in declared(node.sections)}
         found = {}
         for wanted, flag in enumerate(_FLAGS):

@@ -87,7 +87,10 @@ class Form:
         return f"{self.name}({','.join(kept)})"
 
     def _named(self, at: int) -> str:
-        """Return the name before an argument, or "" if the tool writes none."""
+        """Return the parameter name that the tool writes before an argument.
+
+        "" if it writes none.
+        """
         last = len(self.parameters) - (self.parameters[-1] == "...")
         parameter = self.parameters[min(at, last - 1)]
         if not parameter.endswith(":="):
@@ -191,7 +194,7 @@ class Words:
 
 @cache
 def words(name: str) -> Words:
-    """Return the list of a file in `FOLDER`."""
+    """Return the list of functions, blocks and operators in a file of `FOLDER`."""
     content = load_toml(FOLDER / f"{name}.toml")
 
     def forms(section: str) -> dict[str, Form]:
@@ -219,11 +222,11 @@ def words(name: str) -> Words:
 def unwritten(
     parts: Collection[Part], list_of: Words, barred: Mapping[str, str] | None = None
 ) -> dict[str, Missing]:
-    """Return the parts that cannot be written, by upper-case name, with the reason.
+    """Return the declarations that cannot be written, by upper-case name, with the reason.
 
-    A part cannot be written if it uses something that is not on the list, or needs such a part. In
-    `parts`, each part stands behind the parts that it needs. `barred` are other reasons by
-    upper-case name; an empty text means no reason.
+    A declaration cannot be written if it uses something that is not on the list, or needs another
+    declaration that cannot be written. In `parts`, each declaration follows the declarations that
+    it needs. `barred` are other reasons by upper-case name; an empty text means no reason.
     """
     functions = {part.name.upper() for part in parts if part.kind == "FUNCTION"}
     names = {part.name.upper(): part.name for part in parts}
@@ -242,13 +245,13 @@ def unwritten(
 
 
 def blocks_of(part: Part) -> set[str]:
-    """Return the standard blocks that a part declares instances of."""
+    """Return the standard blocks of which a declaration contains instances."""
     used = () if isinstance(part.node, s.Configuration) else _used(part.node, ())
     return {name for what, name, _ in used if what == "block"}
 
 
 def mentioned(part: Part) -> Iterator[str]:
-    """Yield all names in a part, in upper case."""
+    """Yield all names in a declaration, in upper case."""
     every = nodes(part.node, names=True)
     return (node.key for node in every if isinstance(node, s.Name))
 

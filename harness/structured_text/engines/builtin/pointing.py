@@ -286,7 +286,5 @@ _EFFECTS = (t.CallMethod, t.Deref, t.Assigned, t.Query, t.New)
 
 
 def has_effect(node: t.Expression) -> bool:
-    """Return whether an operand must be evaluated, because it has an effect or follows a
-    pointer.
-    """
+    """Return whether an operand must be evaluated: it has an effect, or it follows a pointer."""
     return any(isinstance(one, _EFFECTS) for one in nodes(node))

@@ -64,28 +64,28 @@ class Dialect:
         return words(self.listed)
 
     def name(self, text: str) -> str:
-        """Return the name of a variable, pin or field in the tool."""
+        """Return the tool's name for a variable, pin or field."""
         return f"{text}{_SUFFIX}" if self.refused.fullmatch(text.upper()) else text
 
     def word(self, kind: str) -> str:
-        """Return the name of an elementary type in statements."""
+        """Return the tool's name for an elementary type in statements."""
         found = "WORD" if kind == "BYTE" and not self.bytes else kind
         return self.words.get(found, found)
 
     def typed(self, text: str) -> str:
-        """Return a typed literal such as `UINT#1`."""
+        """Return a typed literal such as `UINT#1`, in the tool's form."""
         kind, _, value = text.partition("#")
         return text if kind.upper() in _MOMENTS else f"{self.word(kind.upper())}#{value}"
 
     @property
     def mask(self) -> str:
-        """Return the mask of the lower half of a WORD."""
+        """Return the tool's literal for the mask of the lower half of a WORD."""
         return f"{self.word('WORD')}#16#00FF"
 
 
 @dataclass(frozen=True)
 class Function:
-    """A function of the sources.
+    """A function that the sources declare.
 
     Attributes:
         defaults: Values of omitted arguments in the order of the parameters, by upper-case name.
@@ -147,7 +147,7 @@ class Names:
         return self.dialect.typed(text) if kind.name in _BITS else text
 
     def member(self, text: str) -> str:
-        """Return a member of an enumeration."""
+        """Return a member of an enumeration in the tool's form: its name, or its number."""
         kind, value, name = self.members[text.upper()]
         named = f"{kind.name.text}#{name}"
         return named if self.dialect.enumerations else f"{value} (* {name} *)"
@@ -167,13 +167,13 @@ class Names:
         return self.zero(one.spec) if value == zero(kind) else self.literal(value, kind)
 
     def is_byte(self, spec: s.TypeSpec | None) -> bool:
-        """Return whether a type is a BYTE that the tool does not have."""
+        """Return whether a type is BYTE and the tool does not have BYTE."""
         kind = self.base(spec)
         named = isinstance(kind, s.NamedSpec) and kind.name.key == "BYTE"
         return named and not self.dialect.bytes
 
     def trouble(self, part: Part, known: Collection[str]) -> str:
-        """Return why the tool does not support the variables of a part; empty if it does.
+        """Return why the tool does not support a declaration's variables; empty if it does.
 
         `known` are the upper-case names of all types and blocks that declarations may use.
         """
@@ -302,7 +302,7 @@ class _Body(Body):
         return at
 
     def _byte(self, at: int) -> bool:
-        """Return whether an operand is a BYTE, in a tool without BYTE."""
+        """Return whether an operand is a BYTE and the tool does not have BYTE."""
         token, kind = self._found[at], self._kind(at)
         if self._dialect.bytes:
             return False

@@ -1,4 +1,4 @@
-"""Export as a folder for tools with tables of variables: a body and its tables for each POU."""
+"""Export as a folder for tools with tables of variables: each POU has a body and tables."""
 
 from __future__ import annotations
 
@@ -120,7 +120,7 @@ class _Writer:
         self.carried = list(self._choose(sources))
 
     def _choose(self, sources: Sources) -> Iterator[Part]:
-        """Yield the declarations that the tool supports; record the reasons against all others."""
+        """Yield the declarations that the tool supports; report all others with the reason."""
         known = {part.name.upper() for part in sources.parts} | set(BLOCKS)
         reasons = {
             part.name.upper(): self._names.trouble(part, known) or self._outside(part)

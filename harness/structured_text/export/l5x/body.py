@@ -67,7 +67,8 @@ class _Writer:
 
     A function sets its variables at the beginning of its logic, because a Logix tag keeps its value
     between calls. A block sets them in its Prescan routine. A structure, array or STRING is passed
-    by reference; for each such pin of an instance the caller has a companion tag. RETURN is not
+    by reference. For each such pin of an instance, the caller has a tag of its own (`companion`).
+    RETURN is not
     written: the code behind an `IF … THEN RETURN` moves into an IF with the opposite condition.
     """
 
@@ -80,7 +81,7 @@ class _Writer:
         self._aoi = Aoi(check_name(pou.name), part.header)
 
     def aoi(self) -> Aoi:
-        """Return the translated POU; an error gets the position of the current statement."""
+        """Return the translated POU; an error has the position of the statement that causes it."""
         try:
             return self._aoi_of_pou()
         except NotCarriedError as error:

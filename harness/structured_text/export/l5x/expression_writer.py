@@ -39,7 +39,7 @@ class ExpressionWriter:
     """The expressions of one POU.
 
     Attributes:
-        before: Statements that must precede the current one; the caller takes them with `take`.
+        before: Statements that must precede the current statement; `take` returns and removes them.
         temporaries: Names of the temporary tags with their types.
         instances: The called functions, each with the tag of its instruction.
     """
@@ -58,12 +58,12 @@ class ExpressionWriter:
         self._used.clear()
 
     def take(self) -> list[str]:
-        """Return the statements that must precede the current one, and clear the list."""
+        """Return the statements that must precede the current statement, and clear the list."""
         found, self.before = self.before, []
         return found
 
     def text(self, node: t.Expression) -> str:
-        """Return an expression; for a STRING, its tag or a literal."""
+        """Return the code of an expression; for a STRING, the name of a tag or a literal."""
         if isinstance(node, t.Constant):
             return value_text(node.value, node.type)
         if isinstance(node, t.Use | t.Member | t.Index):

@@ -136,7 +136,7 @@ class Aoi:
 
 
 def data_of(kind: Type, images: Images) -> Data:
-    """Return the type of the tag for a variable of this type, or raise NotCarriedError."""
+    """Return the tag type for a variable type; raise NotCarriedError if there is none."""
     if isinstance(kind, EnumType):
         return Data("DINT")
     if isinstance(kind, StructType):
