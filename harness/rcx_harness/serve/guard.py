@@ -37,7 +37,8 @@ _HEADERS = {
 _TOKEN: web.AppKey[str] = web.AppKey("token", str)
 _COMMAND: web.AppKey[str] = web.AppKey("command", str)
 _FILES: web.AppKey[Mapping[str, tuple[str, str, str]]] = web.AppKey("files", Mapping)
-#: Errors of the sender, which are answered; only errors of this program belong in the log.
+#: Errors that the sender of a request has caused. They are answered, but not logged, because the
+#: log is for errors of this program.
 _SENDERS_FAULTS = (HttpProcessingError, web.RequestPayloadError, ConnectionError)
 _LOG = logging.getLogger(__name__)
 _LOG.addFilter(lambda record: not isinstance((record.exc_info or (0, 0))[1], _SENDERS_FAULTS))
@@ -174,7 +175,10 @@ async def _file(request: web.Request) -> web.Response:
 async def read_message(
     request: web.Request, example: str, what: str, **needed: type[Any]
 ) -> dict[str, Any]:
-    """Read the JSON object of a request; raise InputError unless `needed` entries fit."""
+    """Read the JSON object of a request.
+
+    Raise InputError if an entry in `needed` is missing or has another type.
+    """
     charset = request.charset or "utf-8"
     if charset.lower() not in _CHARSETS:
         raise InputError(f"the charset {charset[:20]!r} is not accepted", hint="send UTF-8")

@@ -40,7 +40,7 @@ def response_text(request: int, words: Sequence[int]) -> str:
 
 
 def alarm_text(number: str) -> str:
-    """Return `12.600 Emergency stop on`; only the number if the alarm has no known name."""
+    """Return an alarm as `12.600 Emergency stop on`; only the number if its name is unknown."""
     return f"{number} {alarm_name(number)}".rstrip()
 
 

@@ -1,8 +1,8 @@
 """The robots that a robot file can name, from `spec/robots.toml`, and their acceleration.
 
-The same law holds for all types. The force of an axis is the power of its motor divided by its
-speed, times a factor. The force accelerates the load and the mass of the axis; this mass is a share
-of the robot's largest load.
+All types of robots follow the same law of acceleration. The force of an axis is the power of its
+motor divided by its speed, times a factor. The force accelerates the load and the mass of the axis;
+this mass is a share of the robot's largest load.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ class RobotModel:
 
     @property
     def scara(self) -> bool:
-        """Return whether it is a SCARA robot, with two rotating arms."""
+        """Return whether the robot is a SCARA robot, with two rotating arms."""
         return bool(self.arms)
 
 

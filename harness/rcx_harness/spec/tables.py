@@ -82,7 +82,9 @@ class Signals:
 
 @dataclass(frozen=True)
 class Alarm:
-    """An alarm with its texts; `number` is `"12.600"`. `_ja` are texts in Japanese.
+    """An alarm with its texts; `number` is `"12.600"`.
+
+    Fields that end in `_ja` are texts in Japanese.
 
     Its source is the `section` of the manual, or another `source`.
     """

@@ -1,4 +1,4 @@
-"""The rules of the wire for the controller, checked on the areas as they travel.
+"""The rules for the data that a controller sends, checked on the transmitted areas.
 
 The monitor judges the controller's answers to the data that the PLC has sent. The monitor in
 wire.py judges the data of the PLC. The virtual controller keeps these rules by design, so the
@@ -21,11 +21,11 @@ _CPU_OK = 0x02
 
 
 class AnswerMonitor:
-    """A monitor of a controller's answers.
+    """A monitor of a controller's answers, with three rules.
 
-    Rules: `status` (it is unknown, it appears without a command, or it disappears without a status
-    reset: guide 1.2, 2 and 4.1), `response` (it changes after the end status: guide 2), `reserved`
-    (chapter 5, 1).
+    `status`: The status is unknown, appears without a command, or disappears without a status reset
+    (guide 1.2, 2 and 4.1). `response`: The response changes after the end status (guide 2).
+    `reserved`: A reserved bit is set (chapter 5, 1).
     """
 
     def __init__(self) -> None:

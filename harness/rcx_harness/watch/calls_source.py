@@ -42,7 +42,7 @@ _STOPPING = ("FB_EMERGENCYSTOP", "FB_PROGRAMSTOP")
 
 
 class CallFinding(NamedTuple):
-    """A wrong call.
+    """A wrong call of a block.
 
     Attributes:
         certain: Whether the call fails each time that it runs; otherwise this depends on
@@ -349,7 +349,7 @@ class _Calls:
         return {**way, **{key: (*way.get(key, ()), call) for key in keys}}
 
     def _once(self, call: _Call, way: _Way) -> None:
-        """Report a second call of the instance, or of another area block for this robot."""
+        """Report a second call of an instance, or a second block for an area of the robot."""
         if call.loop:
             self._tell(call, f"{call.name} is called inside a loop; call it once per scan, outside")
             return

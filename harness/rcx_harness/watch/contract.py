@@ -1,4 +1,4 @@
-"""The contract of the blocks (PLCopen), checked from outside, scan by scan.
+"""The contract of the blocks: rules of PLCopen, checked from outside, scan by scan.
 
 A monitor sees a block before and after a scan, not at its call. Rules that do not depend on the
 time of the call are checked for every instance, including those inside other blocks. The other
@@ -39,7 +39,7 @@ class _Pins(NamedTuple):
 
     @property
     def shown(self) -> tuple[str, ...]:
-        """Return the names of the outputs that are true and exclude each other."""
+        """Return the true outputs among those of which only one may be true."""
         named = zip(("Busy", "Done", "Error", "CommandAborted"), self[:4], strict=True)
         return tuple(name for name, value in named if value)
 
@@ -151,10 +151,10 @@ class _Edge(_Instance):
 
 
 class ContractMonitor:
-    """A monitor of the contract for every instance with such pins, also inside other blocks.
+    """A monitor of the contract for every block instance, also inside other blocks.
 
-    These are the blocks with Execute, Busy, Done and Error, those with Enable and Error, and all
-    others with Error and ErrorID. The monitor judges an instance only if its pins have changed, or
+    It judges blocks with Execute, Busy, Done and Error, blocks with Enable and Error, and all other
+    blocks with Error and ErrorID. The monitor judges an instance only if its pins have changed, or
     if an unchanged state would be a violation.
 
     Args:
@@ -230,7 +230,7 @@ class _Found(NamedTuple):
 
 @lru_cache(maxsize=64)
 def _all_inside(path: str, owner: BlockType, steady: frozenset[str]) -> tuple[_Found, ...]:
-    """Return the watched instances of a program, which are the same for each of its cells."""
+    """Return the watched instances of a program; they are the same for each cell with it."""
     return tuple(_inside(path, owner, steady, outermost=True, topmost=True))
 
 

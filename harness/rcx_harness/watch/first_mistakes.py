@@ -44,7 +44,7 @@ _MOVES = (
 _MOVES_BEGIN = ("FB_MOVE", "FB_DRIVE", "FB_PUSH", "FB_PALLETMOVE")
 #: Blocks without Execute that send something to the controller.
 _SENDING = ("FB_CONTINUOUSPOSITION", "FB_OPERATOR", "FB_OVERRIDE", "FB_SEQUENCECONTROL")
-#: By area block: the wrong image, the right image, and the consequence of the mistake.
+#: For each area block: the wrong image, the right image, and the consequence of the mistake.
 _OTHER_IMAGE = {
     "read": (
         "OutputArea",

@@ -1,9 +1,9 @@
 """A check of a program's own process image, read from its checked source.
 
-A cell fills `InputArea` before each scan. If the program copies located variables into it, the cell
-fills these variables instead. A program that fills its image from other variables never receives
-data of the robot, although it is legal Structured Text and breaks no rule of the manual. Therefore
-this is reported.
+A cell fills `InputArea` before each scan. If the program copies located variables into `InputArea`,
+the cell fills these variables instead. A program that fills its image from other variables never
+receives data of the robot, although it is legal Structured Text and breaks no rule of the manual.
+Therefore such a program is reported.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def _found(files: Sequence[Path], every: Sequence[Path]) -> ImageUse:
 
 
 class _Images:
-    """The images of a program, with all writes to them.
+    """The process images of a program, with all writes to these images.
 
     Only the user's `files` are read, because no block of the library writes to the image from the
     robot.

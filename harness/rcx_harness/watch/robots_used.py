@@ -72,7 +72,7 @@ class Call:
 
     @property
     def block(self) -> BlockType:
-        """Return the called type."""
+        """Return the type of the called block."""
         return self.node.block
 
     @property

@@ -1,4 +1,4 @@
-"""The rules of the wire, checked on the PLC's side, scan by scan.
+"""The rules for the data that a program sends, checked on the PLC's side, scan by scan.
 
 The controller reports faults in the data that it receives. This monitor reports faults in the data
 that the program writes, even if the network happens to hide them. It judges only while the PLC's
@@ -20,8 +20,8 @@ INTERVAL_US = 100_000
 
 
 _SAFETY = ("SI(00)", "SI(06)")
-#: By input that starts something: the inputs that must be ON. With SI(00) OFF nothing moves, and
-#: SI(06) OFF stops programs and movements (manual chapter 5, 2 and 3.2; chapter 4, 4: 12.400).
+#: For each input that starts something, the inputs that must be ON. With SI(00) OFF nothing moves,
+#: and SI(06) OFF stops programs and movements (manual chapter 5, 2 and 3.2; chapter 4, 4: 12.400).
 _STARTS = {
     "SI(01)": ("SI(00)",),
     "SI(12)": ("SI(00)", "SI(06)"),

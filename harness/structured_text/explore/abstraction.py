@@ -61,7 +61,7 @@ OPEN, _MARSHAL = "", 2
 
 
 class Slot:
-    """One stored variable: code that reads, writes and disturbs its number.
+    """One stored variable, with the code that reads, writes and randomly changes its number.
 
     `size` is the format of the number for `struct`, or `OPEN` for a value of any size.
     """
@@ -262,7 +262,7 @@ class Abstraction:
             self.plain(code, kind, "")
 
     def _passed(self, owner: str, name: str) -> set[str]:
-        """Return the pins of an internal block that the owner writes in each of its calls."""
+        """Return the pins of an internal block that the containing block writes in each call."""
         pou = self._project.pous.get(owner)
         if pou is None or not name.upper().startswith(self.tables.core):
             return set()
@@ -338,8 +338,8 @@ class Abstraction:
     def turn(self, code: str, name: str, slot: str, *, own: bool) -> None:
         """Let a state store a counter of a channel relative to Serving, which is 0 in every state.
 
-        `shift` is 0 in a normal run. `disturb` sets it to another number, which shifts all tickets
-        and must change nothing.
+        `shift` is 0 in a normal run. `disturb` sets it to another number, which shifts all tickets.
+        This must not change the result of a scan.
         """
         if slot == "SERVING":
             self.slots.insert(0, Slot("0", f"{code} = shift"))
@@ -373,7 +373,7 @@ class Abstraction:
         self.slots.append(slot)
 
     def compile(self) -> None:
-        """Compile the functions that read, write and disturb all slots."""
+        """Compile the functions that read, write and randomly change all slots."""
         names = self.functions(self.slots)
         self.packed: Struct = names["packed"]
         self._freeze: Any = names["freeze"]
@@ -416,7 +416,7 @@ class Abstraction:
 
 
 def _listed(parts: Iterable[str]) -> str:
-    """Join the parts with a comma behind each, so that even a single part gives a tuple."""
+    """Join the parts with a comma after each, so that even a single part gives a tuple."""
     return "".join(f"{part}, " for part in parts)
 
 

@@ -17,7 +17,7 @@ _MAIN = re.compile(r"\bMain\.", re.I)
 
 
 def with_always(files: Sequence[Path], always: Sequence[str], folder: Path) -> Copies:
-    """Copy a program's files with the assertions of their comments and with these expressions.
+    """Copy a program's files; add the assertions from their comments and more expressions.
 
     The expressions may omit `Main.`; the copies go into `folder`.
 

@@ -168,7 +168,7 @@ class ClusterCrew:
             try:
                 self._client.cancel(list(self._futures.values()), force=True)
                 self._client.unregister_worker_plugin(self._carrier.name)
-            except Exception:  # the cluster has gone, and all its items with it
+            except Exception:  # the cluster has ended, and so have its items
                 pass
             self._client.close()
             self._client = None

@@ -107,12 +107,13 @@ class Farm:
     ) -> Generator[tuple[Item, Result], None, None]:
         """Yield each item with its result, in the order of the items, as early as possible.
 
-        Closing the iterator ends the items in progress. An error of an item is raised at its place
-        in this order.
+        Closing the iterator ends the items in progress. If an item has raised an error, this error
+        is raised in place of its result.
 
         Args:
-            work: A function of one item, or an object whose `prepare()` returns that function; it
-                is called once in each worker. The work, items and results must be picklable.
+            work: A function of one item, or an object whose `prepare()` returns that function.
+                `prepare` is called once in each worker. The work, items and results must be
+                picklable.
             items: The items. They are taken when a worker has room, at most `AHEAD` per worker
                 beyond the first unfinished one. If the iterator yields `NOT_YET`, it is continued
                 after the next result; `kept` cannot be used then.

@@ -49,7 +49,7 @@ class _Worker:
     pipe: Connection[Any, Any]
     numbers: deque[int]
     since_s: float = 0.0
-    """Start of the first item [s], as seen by this process."""
+    """The time at which the first item was started [s], by the clock of this process."""
 
 
 class LocalCrew:

@@ -113,7 +113,7 @@ def _rescued(file: Path) -> str:
     if entry is not None and _is_first(entry):
         return ""
     if not any(found and {"key", "result"} == found.keys() for found in map(read_entry, others)):
-        return ""  # this is not a file of results, so it stays
+        return ""  # this is not a file of results, so it is not renamed
     aside = move_aside(file)
     return (
         f"{file}: its first line is damaged; the file is now {aside}, "

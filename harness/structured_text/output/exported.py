@@ -22,7 +22,7 @@ __all__ = [
     "resolved",
 ]
 
-#: Mark at the beginning of a file that is exported on its own.
+#: The mark at the beginning of an export that is a single file.
 MARK = f"Written by `{COMMAND} export`; change the sources, not this file."
 
 #: Name of the record in an export folder. It has the exported files and the digests of their
@@ -39,7 +39,7 @@ _Records = dict[Path, dict[str, str]]
 
 def release() -> str:
     """Return the version of this package; 0 for a copy that is not installed."""
-    # Imported late, because it is slow and rarely needed.
+    # This import is here because it is slow and rarely needed.
     from importlib.metadata import PackageNotFoundError, version
 
     try:

@@ -1,6 +1,6 @@
-"""Atomic output: a command writes a file completely, or leaves the previous one unchanged.
+"""Atomic output: a command writes a file completely, or leaves the old file unchanged.
 
-The new file is written in the folder of the previous one, and then renamed.
+The new file is written in the folder of the old file, and then renamed.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ class NewFiles:
 class OutputFile:
     """An output file with a temporary name; at the end it replaces an existing file.
 
-    After an error the new file is removed, the previous one is unchanged, and further calls do
+    After an error the new file is removed, an existing file is unchanged, and further calls do
     nothing.
 
     Args:

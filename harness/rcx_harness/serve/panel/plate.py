@@ -85,7 +85,7 @@ class Plate:
         self._shown: dict[str, Any] = {}
 
     def press(self, page: str, beat: int, keys: Collection[str]) -> None:
-        """Store the keys that a page holds; it repeats the message as long as it holds any.
+        """Store the keys that a page holds; a page repeats its message while it holds keys.
 
         `beat` grows with each message of a page; a late message is ignored.
         """
@@ -98,7 +98,7 @@ class Plate:
             if keys and not one.keys and len(self._holding()) >= _MOST_HOLDING:
                 self._pages[page] = one
                 raise InputError("too many pages hold keys", hint="close some of them")
-            # now the last page; the first page is dropped first
+            # A page that sends a message becomes the last page. The first page is dropped first.
             self._pages[page] = one
             if beat > one.beat:
                 one.beat, one.heard, one.keys = beat, self._now(), frozenset(keys)

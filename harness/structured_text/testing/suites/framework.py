@@ -1,6 +1,7 @@
 """A unit-test framework: its Structured Text, which is added to the program under test.
 
-The package that ships a framework describes it with `Framework`; this toolkit knows none.
+The package that ships a framework describes it with `Framework`; this toolkit itself contains no
+framework.
 """
 
 from __future__ import annotations

@@ -288,7 +288,7 @@ class _Run:
                 self._begun_in_method = self._test()[0]
 
     def _erring(self) -> Case | None:
-        """Return the test that is called; None if there is none or the test is not selected."""
+        """Return the test that is being called; None without a test, or if it is not selected."""
         number: int = self._test()[0]
         if not number:
             return None
