@@ -44,7 +44,7 @@ class History:
         self.now_us = 0
 
     def add(self, changes: Iterable[Change], now_us: int) -> None:
-        """Add new changes, in order of time, and drop those that are too old at `now_us`."""
+        """Add new changes, in order of time, and drop changes that are too old at `now_us`."""
         self._changes.extend(changes)
         self.now_us = max(self.now_us, now_us)
         kept = self._changes

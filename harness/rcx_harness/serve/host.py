@@ -130,7 +130,7 @@ class Host:
         await self._heard.wait()
 
     async def record(self, *, on: bool) -> None:
-        """Start a recording, which replaces the previous one, or end it."""
+        """Start a recording, which replaces the previous one, or end the current recording."""
         if on and not self._folder:
             self._folder = tempfile.mkdtemp(prefix="rcx-serve-")
         await self.ask({"record": str(self._file) if on else None})

@@ -131,7 +131,7 @@ class Status:
     events: tuple[Event, ...] = ()
 
     def to_json(self) -> str:
-        """Return the report as one line, without its end."""
+        """Return the report as one line, without a line feed at the end."""
         return json.dumps(asdict(self), separators=(",", ":"), ensure_ascii=False)
 
     @classmethod

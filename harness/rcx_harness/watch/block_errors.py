@@ -53,7 +53,9 @@ class BlockErrors:
         self._before = now
 
     def texts(self, most: int) -> Iterator[str]:
-        """Yield a sentence for each of the first `most` errors, and the number of all others."""
+        """Yield a sentence for each of the first `most` errors, then one with the number of the
+        rest.
+        """
         yield from self._texts[:most]
         if (rest := len(self._texts) - most) > 0:
             yield f"further errors of blocks: {rest}"

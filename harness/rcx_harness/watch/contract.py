@@ -237,7 +237,7 @@ def _all_inside(path: str, owner: BlockType, steady: frozenset[str]) -> tuple[_F
 def _inside(
     path: str, owner: BlockType, steady: Collection[str], *, outermost: bool, topmost: bool
 ) -> Iterator[_Found]:
-    """Yield the watched instances declared in `owner`, and those inside them."""
+    """Yield the watched instances declared in `owner`, and watched instances inside these."""
     for variable in owner.variables:
         block = variable.type
         if variable.section != "VAR" or not isinstance(block, BlockType):

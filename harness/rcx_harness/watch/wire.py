@@ -71,7 +71,7 @@ class WireMonitor:
         self._judged = False
 
     def scan(self, t_us: int, scan: int, so: bytes, si: bytes, connected: bool) -> list[Violation]:
-        """Judge one scan."""
+        """Judge the areas that the program has written in one scan; return the broken rules."""
         before, self._si = self._si, si
         judged, self._connected = connected and self._connected, connected
         if not judged:
@@ -133,7 +133,7 @@ class WireMonitor:
         return found
 
     def _off(self, signal: str, si: bytes) -> str:
-        """Return the inputs that this input needs and that are OFF, followed by "is" or "are"."""
+        """Return the inputs that an input needs and that are OFF, followed by "is" or "are"."""
         places = ((needed, *self._places[needed]) for needed in _STARTS.get(signal, ()))
         off = [needed for needed, byte, bit in places if not si[byte] >> bit & 1]
         return f"{' and '.join(off)} {'is' if len(off) == 1 else 'are'}" if off else ""

@@ -75,7 +75,7 @@ class Compiled:
     def fresh(self) -> Program:
         """Reset the program to its state before the first scan, and return it.
 
-        All users of this object share this program.
+        All users of this object share the program.
         """
         self.program.restore(self._first)
         return self.program

@@ -31,7 +31,7 @@ _BRACES = re.compile(r"\{([^{}]*)\}")
 class Counting:
     """A condition on the number of hits.
 
-    `5` is the fifth hit, `>= 5` the fifth and all later ones, `% 10` each tenth.
+    `5` is the fifth hit, `>= 5` the fifth and all later hits, `% 10` each tenth hit.
     """
 
     compare: Callable[[int, int], bool]
@@ -106,7 +106,7 @@ class Breakpoint:
         return self.counting.compare(place + 1, self.counting.number)
 
     def forget_after(self, scan: int) -> None:
-        """Remove all hits after a scan, because the run continues differently from there."""
+        """Remove all hits after a scan, because the run continues differently after this scan."""
         self._seen = [one for one in self._seen if one[0] <= scan]
 
 

@@ -385,7 +385,7 @@ class Abstraction:
         return {**self._objects, "robot": self.robot, "elapsed": self._running}
 
     def functions(self, slots: Sequence[Slot]) -> dict[str, Any]:
-        """Return the compiled functions that read and write these slots."""
+        """Return the compiled functions that read and write some slots."""
         names = self.names()
         values = {id(slot): f"v{number}" for number, slot in enumerate(slots)}
         puts = [slot.put.format(v=values[id(slot)]) for slot in slots]

@@ -138,10 +138,7 @@ class World(ABC, Generic[Choice]):
         """
 
     def followed(self, number: int, choice: Choice, following: int) -> None:
-        """Handle the event that a choice leads from a state to another.
-
-        Both are given by number.
-        """
+        """Handle the event that a choice leads from state `number` to state `following`."""
 
     def entered(self, state: bytes) -> None:
         """Handle the event that the following steps start from this state."""

@@ -307,7 +307,7 @@ class Body:
         return found
 
     def _closed(self, at: int) -> int:
-        """Return the index after the parenthesis or bracket that closes the one at `at`."""
+        """Return the index after the closing parenthesis or bracket of the opening one at `at`."""
         depth = 0
         while True:
             depth += _OPEN.get(self._kind(at), 0)

@@ -38,7 +38,7 @@ class Renaming:
     texts: Mapping[Path, str] = field(default_factory=dict)
 
     def said(self, text: str) -> str:
-        """Return a text, such as a note for users, with the new names in place of the old ones."""
+        """Return a text, such as a note for users, with the new names instead of the old names."""
         return _said(text, self.prefixes)
 
 
@@ -102,7 +102,7 @@ class _Names:
 
     @cached_property
     def keys(self) -> Mapping[str, str]:
-        """Return the prefix of each name that gets one, by the name in upper case."""
+        """Return a dict from each renamed name, in upper case, to its prefix."""
         return {name.upper(): begin for name, begin in self.prefixes.items()}
 
     @cached_property

@@ -193,7 +193,7 @@ class _Server:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
-        """Execute orders until the other side closes the connection."""
+        """Execute orders until the command `mutants` closes the connection."""
         for file in self._order.sources:
             parse(file)  # fill the parser's cache, which each copy of the process inherits
         gc.collect()

@@ -183,7 +183,7 @@ CLASSES = {
 
 
 def _counting(body: _Counter, most: int | None, least: int) -> Callable[[Any], None]:
-    """Return a function that executes a counter which stops counting at these values of CV."""
+    """Return a function that executes a counter, which stops counting at `most` and `least`."""
     return lambda instance: body(instance, most, least)
 
 

@@ -352,7 +352,7 @@ class Elements:
         self.memory, self.at, self.row = memory, at, row
 
     def place(self, position: int) -> int:
-        """Return the position of the element with this index in memory [bytes]."""
+        """Return the position in memory [bytes] of the element with the index `position`."""
         return self.at + position * self.row.element.size
 
     def __len__(self) -> int:

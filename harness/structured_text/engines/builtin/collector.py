@@ -209,7 +209,7 @@ class Collector:
 
     @property
     def texts(self) -> list[CountedText]:
-        """Return all counted programs in other languages."""
+        """Return all counted programs that are not Structured Text."""
         return list(self._texts.values())
 
     @property
@@ -225,7 +225,7 @@ def _resolved(file: str) -> Path:
 
 @lru_cache(maxsize=1024)
 def _hash(file: Path, stamp: int) -> str:
-    """Return a hash of the file; a new time of change (`stamp`) makes the cache read it again."""
+    """Return a hash of a file; if its time of change (`stamp`) is new, the file is read again."""
     return hashlib.sha256(file.read_bytes()).hexdigest()
 
 

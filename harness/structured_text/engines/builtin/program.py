@@ -230,7 +230,10 @@ class BuiltinProgram(OfProject):
         return lambda: convert(_get(place.holder, place.key))
 
     def reader(self, paths: Sequence[str]) -> Callable[[], tuple[Value, ...]]:
-        """Return a function that reads these variables; see `engines.base.Program.reader`."""
+        """Return a function that reads the variables at `paths`.
+
+        See `engines.base.Program.reader`.
+        """
         read = self._readers.get(tuple(paths))
         if read is None:
             read = self._readers[tuple(paths)] = self._reader(paths)

@@ -162,7 +162,7 @@ def _same(one: Any, other: Any) -> bool:
 
 
 def _asked(block: Any, names: Collection[str]) -> Any:
-    """Return a block if its class has one of these names, else the value for "no block"."""
+    """Return a block if `names` contains the name of its class, else the value for "no block"."""
     return block if type(block).__name__ in names else _NO_BLOCK
 
 
@@ -214,7 +214,7 @@ def _place(pointer: Any) -> tuple[Any, Any]:
 
 
 def _viewed(pointer: Any, layout: Layout) -> View:
-    """Return a pointer as a view: the memory of its target and the position there [bytes]."""
+    """Return a pointer as a view: the memory of its target, and the position in it [bytes]."""
     if isinstance(pointer, View):
         return pointer
     held: Any

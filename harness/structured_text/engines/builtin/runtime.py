@@ -135,7 +135,7 @@ def _ended(text: str) -> str:
 
 
 def _filled(target: Any, value: Any) -> None:
-    """Copy the value of a structure or array into another one without replacing inner objects."""
+    """Copy the value of a structure or array into another object; its inner objects remain."""
     if isinstance(target, list):
         for place, item in enumerate(value):
             if isinstance(item, list) or hasattr(item, "__slots__"):
@@ -440,12 +440,12 @@ _PARTS = (
 
 
 def _short_lreal_text(value: float) -> str:
-    """Return the fewest digits that give the same LREAL, with at least one behind the point."""
+    """Return the fewest digits that give the same LREAL; at least one is after the point."""
     return repr(value)
 
 
 def _short_real_text(value: float) -> str:
-    """Return the fewest digits that give the same REAL, with at least one behind the point."""
+    """Return the fewest digits that give the same REAL; at least one is after the point."""
     for digits in range(1, 9):
         text = f"{value:.{digits}g}"
         if c_float(float(text)).value == value:

@@ -151,7 +151,7 @@ def _member(node: t.Standard, argument: str) -> str:
 def _longest(node: t.Standard) -> int:
     """Return the greatest declared length of the text arguments.
 
-    The result is 128 if this length is at most STRING_MAX.
+    If this length is at most STRING_MAX, the result is 128.
     """
     lengths = [
         string_length(one.type) for one in node.arguments if isinstance(one.type, ElementaryType)

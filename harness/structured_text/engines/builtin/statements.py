@@ -1,4 +1,4 @@
-"""Python code for checked POUs: one function each, with a map back to the source lines."""
+"""Python code for checked POUs: a function for each POU, and a map back to the source lines."""
 
 from __future__ import annotations
 

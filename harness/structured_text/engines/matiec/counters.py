@@ -1,8 +1,8 @@
 """Reads of the counter of a FOR after the loop has ended.
 
-IEC 61131-3 leaves the value open. After the loop, matiec since June 2024 has the last value in the
-counter, and other engines have the value after the last one. After EXIT all engines have the same
-value.
+IEC 61131-3 leaves the value open. After the loop, the counter has the last value on matiec since
+June 2024. On other engines it has the value of one further step. After EXIT all engines have the
+same value.
 """
 
 from __future__ import annotations

@@ -153,7 +153,10 @@ class NativeProgram(OfProject):
         return slot.codec.get(slot.memory, slot.at)
 
     def reader(self, paths: Sequence[str]) -> Callable[[], tuple[Value, ...]]:
-        """Return a function that reads these variables; see `engines.base.Program.reader`."""
+        """Return a function that reads the variables at `paths`.
+
+        See `engines.base.Program.reader`.
+        """
         slots = [self._slot(path) for path in paths]
         parts = [_reader(list(part)) for _, part in groupby(slots, lambda one: id(one.memory))]
         if len(parts) == 1:

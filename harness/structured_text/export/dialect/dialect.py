@@ -284,7 +284,7 @@ class _Body(Body):
         return f"({text} AND {self._dialect.mask})" if narrowed else text
 
     def _argument(self, key: str, place: int, first: int, last: int) -> str:
-        """Return an argument, converted if the tool's standard function has another type for it."""
+        """Return an argument; convert it if the tool's standard function needs another type."""
         text = self._run(first, last)
         wanted = self._dialect.arguments.get(key, ())
         plain = last == first + 1 and self._kind(first) == "INTEGER"

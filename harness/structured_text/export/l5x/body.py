@@ -299,7 +299,7 @@ class _Writer:
         return [line for one in body for line in self._statement(one, indent)]
 
     def _noted(self, one: t.Statement, indent: str) -> list[str]:
-        """Return the comments above and beside a statement, except those written before."""
+        """Return the comments above and beside a statement that are not written yet."""
         lines = []
         while self._comments and self._comments[0][0] <= one.at.line:
             lines.append(f"{indent}(* {self._comments.pop(0)[1]} *)")

@@ -81,7 +81,7 @@ class NotCarriedError(Exception):
 
 @dataclass(frozen=True)
 class Data:
-    """The type of a tag: an array of `size` elements of `type`, or a single one if `size` is 0."""
+    """The type of a tag: an array of `size` elements of `type`, or one value if `size` is 0."""
 
     type: str
     size: int = 0
@@ -175,7 +175,7 @@ def _array(kind: ArrayType, images: Images) -> Data:
 def image_element(name: str, images: Images) -> str:
     """Return the type of the elements of a process image, or "" for another type.
 
-    The name of the type may have a prefix.
+    The name of the type may have a prefix of the option `--prefix`.
     """
     return next((one for image, one in images.items() if name.upper().endswith(image)), "")
 
