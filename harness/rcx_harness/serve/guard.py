@@ -92,7 +92,7 @@ class TokenServer:
         return f"http://{WEB_HOST}:{self.port}/{self._token}/"
 
     async def start(self) -> None:
-        """Start to listen."""
+        """Start to listen for connections."""
         await self._runner.setup()
         try:
             await web.TCPSite(self._runner, WEB_HOST, self.port).start()

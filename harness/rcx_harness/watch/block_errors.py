@@ -53,8 +53,9 @@ class BlockErrors:
         self._before = now
 
     def texts(self, most: int) -> Iterator[str]:
-        """Yield a sentence for each of the first `most` errors, then one with the number of the
-        rest.
+        """Yield a sentence for each of the first `most` errors.
+
+        If there are more errors, a last sentence has their number.
         """
         yield from self._texts[:most]
         if (rest := len(self._texts) - most) > 0:

@@ -1,6 +1,7 @@
 """A run-time monitor of the block calls that the check of the source cannot decide.
 
-The engine must report each call. The C code of matiec does not, so nothing is reported with it.
+The engine must report each call. The C code of matiec reports no calls, so the monitor finds
+nothing on matiec.
 """
 
 from __future__ import annotations

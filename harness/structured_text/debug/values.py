@@ -232,7 +232,7 @@ class ProgramVariables:
         return value_text(kind, scalar_to_python(kind, held))
 
     def text_of(self, kind: Type, held: Any) -> str:
-        """Return any value as one line."""
+        """Return the value of any variable as one line of text."""
         return self.shown(Held("", kind, lambda: held)).text
 
     def at(self, found: Resolved) -> Held:

@@ -126,7 +126,7 @@ class ClusterCrew:
 
     @property
     def size(self) -> int:
-        """Return the number of workers; 1 if all have left for the moment."""
+        """Return the number of workers; 1 if all workers have left, because others may come."""
         return max(1, len(self._workers))
 
     def has_room(self) -> bool:

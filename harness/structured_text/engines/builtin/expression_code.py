@@ -107,7 +107,7 @@ class ExpressionCode:
         return self.pointing.variable(node)
 
     def _member(self, node: t.Member) -> str:
-        """Return the code of a member.
+        """Return the Python code of a member of a structure or block.
 
         A located variable of a program is stored with the globals.
         """
