@@ -45,7 +45,10 @@ def alarm_text(number: str) -> str:
 
 
 def alarm_name(number: str) -> str:
-    """Return the name of an alarm in the manual, else in a public list; empty if neither has it."""
+    """Return the name of an alarm in the manual, else in a public list.
+
+    The result is empty if it is in neither.
+    """
     alarm = spec.alarms().get(number)
     return alarm.name if alarm else spec.public_alarms().get(number, "")
 

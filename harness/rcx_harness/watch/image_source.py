@@ -249,7 +249,7 @@ class _Images:
         return found
 
     def _written(self, image: _Place) -> Iterator[_Write]:
-        """Yield the writes to a process image, to a part of it, or to a whole that contains it."""
+        """Yield the writes to a process image, to a part of it, or to a variable around it."""
         for place, writes in self._writes.items():
             shorter = min(len(place), len(image))
             if place[:shorter] == image[:shorter]:

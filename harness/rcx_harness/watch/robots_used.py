@@ -24,7 +24,7 @@ Place = tuple[str, ...]
 
 
 def robot_pins(block: BlockType) -> list[str]:
-    """Return the VAR_IN_OUT of type RCX_REF of a block, in upper case."""
+    """Return the names of a block's VAR_IN_OUT of type RCX_REF, in upper case."""
     return [
         one.name.upper()
         for one in block.variables
@@ -33,7 +33,7 @@ def robot_pins(block: BlockType) -> list[str]:
 
 
 def pins_of(block: BlockType) -> set[str]:
-    """Return the VAR_INPUT of a block, in upper case."""
+    """Return the names of a block's VAR_INPUT, in upper case."""
     return {one.name.upper() for one in block.variables if one.section == "VAR_INPUT"}
 
 
@@ -59,7 +59,7 @@ class Call:
     Attributes:
         instance: The path of the called instance; None if the source does not decide it.
         image: The process image among the arguments; None if there is none.
-        frame: The frame in which `pou` runs.
+        frame: The frame of the program or block that makes the call.
     """
 
     pou: t.Pou

@@ -112,7 +112,7 @@ class Debugger:
         return self._on()
 
     def _depth_of(self, task: int) -> int:
-        """Return the number of calls in the stack of a task of a device."""
+        """Return the call depth of a device's task."""
         devices = self.player.machine.devices
         return len(devices.stack(task)) if devices is not None else 1
 
@@ -553,7 +553,7 @@ class Debugger:
         return later
 
     def where(self) -> str:
-        """Return the moment as one line."""
+        """Return the current moment as one line of text."""
         machine, now = self.player.machine, self.player.now
         scan = f"scan {now.scan + 1}" if now.step else f"after {now.scan} scans"
         return f"{scan}, {format_us(machine.now_us)}"

@@ -89,7 +89,7 @@ class Form:
     def _named(self, at: int) -> str:
         """Return the parameter name that the tool writes before an argument.
 
-        "" if it writes none.
+        The result is "" if the tool writes no name.
         """
         last = len(self.parameters) - (self.parameters[-1] == "...")
         parameter = self.parameters[min(at, last - 1)]

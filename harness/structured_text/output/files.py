@@ -169,7 +169,7 @@ class OutputFile:
                 raise self._failed(error) from None
 
     def finish(self) -> None:
-        """Write buffered data and close the file, without giving it its name."""
+        """Write buffered data and close the file, which keeps its temporary name."""
         self.flush()
         if self._file is not None:
             try:
@@ -179,7 +179,7 @@ class OutputFile:
             self._file = None
 
     def close(self) -> None:
-        """Write buffered data, and give the file its name."""
+        """Write buffered data, and rename the file to its final name."""
         self.finish()
         if self._open and self._written != self._place:
             try:
@@ -202,7 +202,7 @@ class OutputFile:
         return not self._open
 
     def discard(self) -> None:
-        """Remove the file, unless it already has its name."""
+        """Remove the file, unless it already has its final name."""
         if not self._open:
             return
         self._open = False
@@ -236,7 +236,7 @@ def encoded(text: str, encoding: str = "utf-8") -> bytes:
 
 
 def _named_once(written: Path, place: Path) -> Path:
-    """Give a file its name, or a free name in the same folder, and return the name."""
+    """Rename a file to its final name, or to a free name in the folder, and return the name."""
     for name in _names(place):
         with suppress(FileExistsError):
             try:

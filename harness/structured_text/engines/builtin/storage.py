@@ -59,7 +59,7 @@ def slot_name(name: str) -> str:
 
 
 def stored(symbols: Iterable[Symbol]) -> list[Symbol]:
-    """Return the variables that are stored in an instance of their block."""
+    """Return the variables of a block that are stored in its instances."""
     kept = ("VAR", "VAR_INPUT", "VAR_OUTPUT")
     return [item for item in symbols if item.section in kept and item.address is None]
 

@@ -122,7 +122,7 @@ _C_FUNCTION = re.compile(r"^[A-Za-z_]\w*[ *]+(\w+?)(?:_body__|_init__)?\(")
 
 
 def _where(reason: str, folder: Path) -> str:
-    """Return the name of the POU with an error in its C code; empty if the error is elsewhere."""
+    """Return the name of the POU whose C code has an error; empty if the error is elsewhere."""
     place = _C_PLACE.search(reason)
     file = folder / place[1] if place else None
     if place is None or file is None or not file.is_file():

@@ -154,7 +154,7 @@ def _read(node: Any) -> list[tuple[t.Variable, str]]:
 
 
 def _is_counter(kind: object) -> bool:
-    """Return whether a type is a counter of the standard, not a block of the user with its name."""
+    """Return whether a type is a standard counter, and not a user's block with the same name."""
     if not isinstance(kind, BlockType) or not kind.name.upper().startswith(("CTU", "CTD")):
         return False
     return BLOCKS.get(kind.name.upper()) == kind

@@ -21,7 +21,10 @@ _Stale = frozenset[int]
 
 
 def stale_reads(pou: t.Pou) -> Iterator[Hit]:
-    """Yield the statements that read the counter of an ended FOR before it gets a new value."""
+    """Yield the statements that read the counter of a FOR after the loop has ended.
+
+    A statement is left out if the counter has got a new value since then.
+    """
     if not any(isinstance(one, t.For) for one in nodes(pou.body)):
         return
     walk = _Walk(pou)

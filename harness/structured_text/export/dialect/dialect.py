@@ -293,8 +293,9 @@ class _Body(Body):
         return f"{wanted[place]}({text})"
 
     def _primary(self, at: int) -> int:
-        """Return the index of the token after a variable, literal, call or expression in
-        parentheses.
+        """Return the index of the token after an operand.
+
+        An operand is a variable, a literal, a call or an expression in parentheses.
         """
         if self._kind(at) == "LPAR":
             return self._closed(at)
