@@ -4,7 +4,7 @@ A variable that no table names is stored unchanged. A table may name a variable 
 writes it before reading it (dropped), if it has the same value after every scan (fixed), or if it
 is read only under a condition. The search checks the entries (`search`). For every new state it
 repeats one scan. In the repeated scan, all omitted variables have arbitrary values, all tickets are
-greater by the same number, and the PLC time differs. This scan must lead to the same state.
+shifted by the same number, and the PLC time differs. This scan must lead to the same state.
 """
 
 from __future__ import annotations
