@@ -14,8 +14,8 @@ from structured_text.output.units import format_us, format_word
 
 __all__ = ["INTERVAL_US", "WireMonitor", "word"]
 
-#: Shortest time between two changes of dedicated inputs, equal or different (chapter 5, 3,
-#: caution).
+#: Shortest time between two changes of dedicated inputs, of the same or of different inputs
+#: (chapter 5, 3, caution).
 INTERVAL_US = 100_000
 
 

@@ -186,6 +186,6 @@ def _scopes(project: Project) -> dict[str, Scope]:
         known = project.pous.get(key)
         for name, symbol in scope.pou.symbols.items():
             same = known.symbols.get(name) if known is not None else None
-            if same is not None:  # attributes that only the check of bodies sets
+            if same is not None:  # only the check of bodies sets these attributes
                 symbol.addressed, symbol.shared = same.addressed, same.shared
     return {key: replace(scope) for key, scope in scopes.items() if key in project.pous}

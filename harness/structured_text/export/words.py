@@ -24,7 +24,7 @@ from structured_text.output.toml_files import load_toml
 
 __all__ = ["FOLDER", "Form", "Words", "blocks_of", "mentioned", "unwritten", "words"]
 
-#: The folder of the lists.
+#: The folder with the lists of all tools.
 FOLDER = Path(__file__).parent / "words"
 
 #: Placeholder in the lists for the prefix of blocks that an export adds.
