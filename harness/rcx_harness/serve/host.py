@@ -64,8 +64,8 @@ class Host:
         ended: Event that is set when the process has ended, unexpectedly or not.
         shapes: Geometry of the robots of the controller (`rcx_harness.robot.shape`).
         drawn: Number of times that `shapes` has changed.
-        listings: The controller's robot programs (`rcx_harness.robot.listing`); empty if none is a
-            text.
+        listings: The controller's robot programs (`rcx_harness.robot.listing`); empty if none
+            exists as source text.
         way: Latest positions during movements, as in `Status.way`; the page reads them before they
             are dropped.
         failure: The name of a process that has ended by itself, and how it ended. Empty while all

@@ -266,7 +266,10 @@ class Station:
         return tuple(shapes(self.controller))
 
     def _tasks(self) -> tuple[dict[str, Any], ...]:
-        """Return the current line and state of each task; empty if no robot program is a text."""
+        """Return the line and state of each task.
+
+        The result is empty if no robot program exists as source text.
+        """
         return task_places(self.controller) if self._listings else ()
 
     def _new_listings(self) -> tuple[dict[str, Any], ...]:

@@ -15,7 +15,7 @@ from structured_text.errors import InputError
 
 __all__ = ["ViewRequests"]
 
-#: An array with at least this number of elements is shown in pages.
+#: An array with more elements than this number is shown in pages.
 _PAGED = 100
 
 

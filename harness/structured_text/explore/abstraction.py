@@ -98,7 +98,7 @@ class Place(NamedTuple):
 class Abstraction:
     """The encoder and decoder of the states of one program.
 
-    The program is in its initial state; a timer counts every `tick_us`.
+    The program must be in its initial state. Its timers count in steps of `tick_us`.
 
     Raises:
         InputError: A variable has a type that states cannot hold, or there is more than one device.

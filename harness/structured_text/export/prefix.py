@@ -30,7 +30,7 @@ class Renaming:
     """The new names of the library's elements.
 
     Attributes:
-        prefixes: The prefix of each name that gets one, by the name as declared.
+        prefixes: The prefix of each renamed name, by the name as declared.
         texts: The sources with the new names, by their files; lines stay where they are.
     """
 
@@ -92,7 +92,7 @@ class _Names:
 
     Attributes:
         known: Names of the library, as declared.
-        prefixes: The prefix of each name that gets one.
+        prefixes: The prefix of each renamed name.
         hidden: Upper-case names of variables, which hide names of the library.
     """
 

@@ -43,7 +43,7 @@ def replace_files(contents: Mapping[Path, bytes | str]) -> None:
 
 
 class NewFiles:
-    """Files that are created before a long job and get their names after it; used in `with`.
+    """Files that are created before a long job and renamed to their names after the job.
 
     The class never overwrites a file. If another program has created a file of this name meanwhile,
     the new file gets a free name in the same folder. `hint` is for the message about a file that

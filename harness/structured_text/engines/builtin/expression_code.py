@@ -140,9 +140,9 @@ class ExpressionCode:
         return f"{code}[:{string_length(kind)}]"
 
     def adapted(self, code: str, kind: Type, to: Type) -> str:
-        """Return the Python code of an output for a target of another type.
+        """Return the Python code that adapts an output to the type of its target.
 
-        A text is cut, a number is converted.
+        A text is cut to the length of the target, and a number is converted.
         """
         have, want = integer_name(kind), integer_name(to)
         if have != want:

@@ -53,7 +53,7 @@ class _Code(Protocol):
         """Return the Python code of the list that contains an element of an array."""
 
     def adapted(self, code: str, kind: Type, to: Type) -> str:
-        """Return the Python code of an output for a target of another type."""
+        """Return the Python code that adapts an output to the type of its target."""
 
     def given(self, variable: t.Variable, pin: Type) -> str:
         """Return the Python code of the argument for a VAR_IN_OUT."""

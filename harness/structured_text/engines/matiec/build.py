@@ -301,10 +301,10 @@ def find_matiec() -> Matiec | None:
 
 
 def _library_places(*binaries: Path) -> Iterator[Path]:
-    """Yield the folders that may contain the library.
+    """Yield the folders that may contain matiec's library.
 
-    The order is: a build tree or OpenPLC (lib beside it), a prefix installation, then packages
-    (Beremiz).
+    First come a build tree and OpenPLC, with `lib` beside iec2c. Then come an installation under a
+    prefix, and the packages of distributions (Beremiz).
     """
     for folder in dict.fromkeys(binaries):
         yield folder / "lib"

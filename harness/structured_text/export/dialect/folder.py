@@ -1,4 +1,4 @@
-"""Export as a folder for tools with tables of variables: each POU has a body and tables."""
+"""Export to a folder with a body and tables for each POU, for tools with tables of variables."""
 
 from __future__ import annotations
 
