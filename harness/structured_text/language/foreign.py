@@ -38,7 +38,7 @@ _MISSPELT = {
 #: follow this word if it is a name.
 _BEFORE = frozenset(("SEMICOLON", "THEN", "ELSE", "DO", "OF", "REPEAT", "END_VAR"))
 _BEHIND_NAMES = frozenset(("ASSIGN", "DOT", "LSQB", "COLON", "COMMA", "CARET", "LATCH"))
-#: Messages about jumps. `one_for_all` merges those of a file into a single message.
+#: Messages about jumps. `one_for_all` merges all such messages of a file into one.
 LABELS, _JUMP = "labels for jumps are not supported", " is not supported (jumps)"
 
 

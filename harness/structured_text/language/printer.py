@@ -110,7 +110,7 @@ def _checked(node: Any) -> str:
         word = "INTERFACE" if isinstance(node.target.type, InterfaceType) else "POINTER"
         given = f"{expression_text(node.source)}, {expression_text(node.target)}"
         return f"__QUERY{word}({given})"
-    assert isinstance(node, t.CallMethod), node  # the callers refuse all other parsed nodes
+    assert isinstance(node, t.CallMethod), node  # the callers pass no other kind of node
     _, name, *accessor = node.method.name.split(".")
     called = f"{'SUPER^' if node.final else expression_text(node.instance)}.{name}"
     return called if accessor else f"{called}({_list(node.arguments)})"

@@ -460,7 +460,7 @@ class Types:
                 return self._global_constant(key)
             return self._of_block(node) or self._pending(node.name.key)
         if isinstance(node, s.Field) and isinstance(node.base, s.Field):
-            return self.lookup(replace(node, base=node.base.name))  # the first name is a namespace
+            return self.lookup(replace(node, base=node.base.name))  # drop the leading namespace
         if isinstance(node, s.Call):
             return self._called(node)
         if not isinstance(node, s.Name):

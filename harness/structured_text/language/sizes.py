@@ -72,7 +72,7 @@ def _as_structure(kind: Type) -> Type:
 
 
 def _layout(kind: Type) -> tuple[int, int] | None:
-    """Return size and alignment [bytes]; None without a known layout."""
+    """Return size and alignment of a type [bytes]; None if the type has no known layout."""
     if isinstance(kind, ElementaryType):
         if kind.name in ANY_STRING:
             width = 1 if kind.name == "STRING" else 2
@@ -98,7 +98,7 @@ def _layout(kind: Type) -> tuple[int, int] | None:
 
 
 def _places(kind: StructType) -> list[tuple[int, int | None, int, int]] | None:
-    """Return offset, bit, size and alignment of each field; None without a known layout.
+    """Return offset, bit, size and alignment of each field; None if a layout is unknown.
 
     The bit is None for a field that is not a BIT.
     """

@@ -22,8 +22,9 @@ def unread_bodies(paths: Iterable[object]) -> list[Unread]:
 def not_executed(project: Project, paths: Iterable[object]) -> Project:
     """Return the project if it executes no body in another language.
 
-    Raise InputError with the first such body that a program may call, and the names of the others.
-    A body counts as called if an executed body contains a call of it, even under a condition.
+    If a program may call such bodies, raise InputError with the first body and the names of the
+    others. A body counts as called if an executed body contains a call of it, even under a
+    condition.
     """
     bodies = {body.name.upper(): body for body in unread_bodies(paths)}
     if bodies:

@@ -42,8 +42,8 @@ _OF_SECTIONS = frozenset(
         *("CONSTANT", "RETAIN", "NON_RETAIN", "PERSISTENT"),
     )
 )
-#: Matches the text behind an access word. The text of a declared or used variable of this name does
-#: not match.
+#: Matches the text behind an access word, unless the text shows that the word is the name of a
+#: variable.
 _NOT_USED = re.compile(r"(?!\s*(?:[:.,\[;^=<>+*-]|\((?!\*)|/(?![/*])|AT\b))", re.IGNORECASE)
 #: Matches a name on the same line behind an access word. Without such a name, the access word is
 #: the name itself: `Final` in `METHOD Final`.

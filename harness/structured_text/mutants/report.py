@@ -19,7 +19,7 @@ __all__ = ["Judged", "Reasons", "figures", "write_rows"]
 
 @dataclass(frozen=True)
 class Judged:
-    """A mutant, and whether a test has found it."""
+    """A mutant, and whether a test has found it; `by` is the test, or the reason in words."""
 
     mutant: Mutant
     killed: bool

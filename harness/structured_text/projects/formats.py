@@ -52,7 +52,7 @@ def is_project(file: Path) -> bool:
 def in_folder(files: Iterable[Path]) -> list[Path]:
     """Return the TwinCAT files among the files of a folder.
 
-    If the folder has .plcproj files, the result is these files, else the objects and tasks.
+    The result is the .plcproj files. If there are none, the result is the objects and tasks.
     """
     suffixes: dict[str, list[Path]] = {}
     for file in files:

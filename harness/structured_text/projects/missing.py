@@ -24,7 +24,7 @@ _SAID = re.compile(
     r"|(?P<base>[\w.]+) is not a (?:function block|structure) of these sources$"
     r"|(?P<variable>\w+) is not declared$"
 )
-#: Names that are built into the tools, so that no library is missing for them.
+#: Names that are built into the tools. If such a name is unknown, no library is missing.
 _BUILT_IN = ("ANY", "BIT", "FAILED", "HRESULT", "PVOID", "SUCCEEDED", "__SYSTEM", "__UXINT")
 #: Part of a message for a missing name that any of many libraries may declare.
 _OTHERS = "libraries that the project refers to"

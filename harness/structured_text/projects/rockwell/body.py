@@ -99,7 +99,7 @@ class _Statements(ExpressionReader):
         yield self._end_of("CASE", indent)
 
     def _branch(self, indent: str) -> Iterator[Line]:
-        """Yield the statements up to the next label."""
+        """Yield the statements of a CASE branch, up to the next label."""
         while self._peek().word not in ("ELSE", "END_CASE") and self._peek().kind != "end":
             if self._peek().kind == "number" or self._peek().word == "-":
                 return
