@@ -85,7 +85,7 @@ def test_lines_count_as_drawn_only_with_every_character_that_is_printed(reposito
 
     Two modules are not counted because they search for their characters and do not print them.
     """
-    searched = "structured_text.projects.plcopen_tasks", "structured_text.testing.suites.junit"
+    searched = "structured_text.projects.plcopen.tasks", "structured_text.testing.suites.junit"
     texts = {
         name: "".join(_texts(ast.parse(file.read_text(encoding="utf-8"))))
         for name, file in shipped(repository).items()

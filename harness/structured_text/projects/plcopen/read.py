@@ -26,12 +26,12 @@ from structured_text.projects.model import (
     made,
     trimmed,
 )
-from structured_text.projects.plcopen_devices import choose_device
-from structured_text.projects.plcopen_tasks import read_tasks, written_interval
+from structured_text.projects.plcopen.devices import choose_device
+from structured_text.projects.plcopen.tasks import read_tasks, written_interval
 from structured_text.projects.tasks import by_event, configuration
 from structured_text.projects.xml import Element
 
-__all__ = ["KINDS", "SECTIONS", "read_plcopen"]
+__all__ = ["KINDS", "SECTIONS", "read_plcopen", "written_by"]
 
 #: The kind of POU by its `pouType`.
 KINDS = {"function": "FUNCTION", "functionBlock": "FUNCTION_BLOCK", "program": "PROGRAM"}
