@@ -112,9 +112,16 @@ class _Translation:
             yield Line(f"IF {' AND '.join(guards)} THEN", one.at)
             condition = list(self._substituted(one.condition))
             first = f"  {fires} := "
-            yield Line(f"{first}{condition[0].text}", condition[0].at, -len(first))
-            yield from condition[1:]
-            yield Line("  ;", one.at)
+            begin = condition[0].text.lstrip()
+            indent = len(condition[0].text) - len(begin)
+            shift = condition[0].shift + indent - len(first)
+            condition[0] = Line(f"{first}{begin}", condition[0].at, shift)
+            last = condition[-1]
+            if "//" not in last.text:
+                condition[-1] = replace(last, text=f"{last.text.rstrip()};")
+            yield from condition
+            if "//" in last.text:  # the semicolon would be in the comment
+                yield Line("  ;", last.at)
             yield Line("END_IF;", one.at)
             before.append((number, one))
 
@@ -252,7 +259,8 @@ class _Translation:
             on.append(last)
         yield Line(f"IF {' OR '.join(on)} THEN", action.at)
         body = list(self._substituted(action.body))
-        yield from body or [Line("  ;", action.at)]
+        for line in body or [Line(";", action.at)]:
+            yield Line(f"  {line.text}".rstrip(), line.at, line.shift - 2)
         yield Line("END_IF;", action.at)
         if final:
             yield Line(f"{last} := {self._names.of('Action', name)};", action.at)
