@@ -1,5 +1,5 @@
 """Graphical bodies: models of networks and charts, and their translation to Structured Text.
 
-`network` has Ladder Diagrams and Function Block Diagrams. The readers of the formats are in
+`network` has Ladder Diagrams and Function Block Diagrams, `sfc` has charts. The readers of the formats are in
 `projects`.
 """

@@ -1,9 +1,10 @@
 """The translation of a chart to statements of Structured Text.
 
 A scan has four parts, as in the standard's evaluation rules. The times of steps are read. All
-transitions are evaluated with the steps that are active at this moment. The steps before transitions
-that fire become inactive, then the steps behind them become active, so that a step is left and
-entered at most once in a scan. Finally the action controls are computed, then actions are executed.
+transitions are evaluated with the steps that are active at this moment. The steps before
+transitions that fire become inactive, then the steps behind them become active, so that a step is
+left and entered at most once in a scan. Finally the action controls are computed, then actions are
+executed.
 
 If several transitions from one step are true, only the first fires: in order of priority, then from
 left to right. The initial step is active before the first scan.
@@ -128,7 +129,9 @@ class _Translation:
     def _evolved(self) -> Iterator[Line]:
         transitions = list(enumerate(self._chart.transitions, 1))
         if transitions:
-            yield Line("(* Steps that are left, then steps that are entered *)", transitions[0][1].at)
+            yield Line(
+                "(* Steps that are left, then steps that are entered *)", transitions[0][1].at
+            )
         for number, one in transitions:
             yield Line(f"IF {self._fires(number)} THEN", one.at)
             for name in one.sources:
@@ -300,7 +303,11 @@ class _Translation:
 
     def _substituted(self, lines: tuple[Line, ...]) -> Iterator[Line]:
         # A comment may span several lines, so all lines are replaced in one text.
-        texts = self._with_variables("\n".join(line.text for line in lines)).split("\n") if lines else []
+        texts = (
+            self._with_variables("\n".join(line.text for line in lines)).split("\n")
+            if lines
+            else []
+        )
         for line, text in zip(lines, texts, strict=True):
             yield replace(line, text=text)
 

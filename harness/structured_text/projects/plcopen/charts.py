@@ -85,9 +85,7 @@ class _Reader:
             made = self._transition(one, tuple(targets.get(id(one), ())))
             found.append((order.get(made.sources[0].upper(), 0), _x(one), made))
         found.sort(key=lambda one: one[:2])
-        return Chart(
-            tuple(steps), tuple(one for _, _, one in found), tuple(self._actions.values())
-        )
+        return Chart(tuple(steps), tuple(one for _, _, one in found), tuple(self._actions.values()))
 
     def _all(self, name: str) -> list[Element]:
         return [one for one in self._body.children if one.name == name]
