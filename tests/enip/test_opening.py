@@ -130,7 +130,7 @@ def test_a_thread_that_ends_by_itself_is_reported() -> None:
         (
             (0x112, 0x0200, 5_000, 0, 20_000, 0),
             BRIDGE,
-            "the shortest that it takes is 20 ms; try --rpi 20ms",
+            "the shortest interval that the device accepts is 20 ms; try --rpi 20ms",
         ),
         ((0x119,), SCAN, "no other connection is open; leave --listen-only out"),
         ((0x12A,), SCAN, "it has a different heartbeat connection point; name it with --heartbeat"),

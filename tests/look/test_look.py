@@ -136,7 +136,10 @@ def test_with_write_it_is_the_master(scan: Run, adapter: Adapter, capsys: Captur
         (["--size", "256"], "0x0128, the size from the device does not fit the assembly"),
         (["--size", "256"], "; its areas have another size: try --size 48"),
         (["--rpi", "1ms"], "0x0112, the packet interval is not acceptable"),
-        (["--rpi", "1ms"], "; the shortest that it takes is 2 ms; try --rpi 2ms\n"),
+        (
+            ["--rpi", "1ms"],
+            "; the shortest interval that the device accepts is 2 ms; try --rpi 2ms\n",
+        ),
         (["--heartbeat", "77"], "0x012A, there is no such consuming connection point"),
         (
             ["--heartbeat", "77"],
@@ -174,9 +177,9 @@ _EDS = "its EDS file has the sizes; give them with --input-size and --output-siz
         ((0x112, 0x0000, 10_000, 0, 10_000, 0), 48, "try --rpi 10ms"),
         # 3.2 s is 0x0030D400
         ((0x112, 0x0303, 0xD400, 0x0030, 0xD400, 0x0030), 48,
-         "the longest that it takes is 3200 ms; try --rpi 3200ms"),
+         "the longest interval that the device accepts is 3200 ms; try --rpi 3200ms"),
         ((0x112, 0x0400, 5_000, 0, 20_000, 0), 48,
-         "the one that it takes is 20 ms; try --rpi 20ms"),
+         "the only interval that the device accepts is 20 ms; try --rpi 20ms"),
         *(((code,), size, hint)
           for code in (0x109, 0x127, 0x128)
           for size, hint in ((48, f"{_OTHER_SIZE}256"), (256, f"{_OTHER_SIZE}48"), (64, _EDS))),

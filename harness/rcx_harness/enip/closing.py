@@ -17,9 +17,9 @@ class Closing:
         raise NotImplementedError
 
     def __enter__(self: _Own) -> _Own:
-        """Return the object itself."""
+        """Return the object itself as the target of the `with` statement."""
         return self
 
     def __exit__(self, *of: object) -> None:
-        """Close the object."""
+        """Close the object at the end of the `with` statement."""
         self.close()

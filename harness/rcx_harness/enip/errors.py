@@ -29,7 +29,7 @@ class CipError(EnipError):
         self.status = status
         self.extended = extended
         reasons = [f"0x{status:02X}, {status_text(status)}"]
-        # Extended status words have names only for the Connection Manager, with this general
+        # Only the Connection Manager's extended status words have names, and only with this general
         # status.
         if status == Status.CONNECTION_FAILURE:
             reasons += [f"0x{code:04X}, {extended_text(code)}" for code in extended[:1]]

@@ -65,8 +65,8 @@ class Client(Closing):
                 f"no connection to the EtherNet/IP adapter at {self._name}: {error}",
                 hint="check that it is running and that this is its address",
             ) from error
-        # Each message is one small segment. Without this option the system waits up to 40 ms to
-        # fill it.
+        # Each message is one small TCP segment. Without this option the system may wait up to 40 ms
+        # for more data before it sends the segment.
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         version = struct.pack("<HH", PROTOCOL_VERSION, 0)
         self._session = self._exchange(Command.REGISTER_SESSION, version).session
@@ -123,7 +123,7 @@ class Client(Closing):
         return reply, content[1]
 
     def close(self) -> None:
-        """End the session and the connection; do nothing if they have ended."""
+        """End the session and its TCP connection; do nothing if they have already ended."""
         if self.socket.fileno() == -1:
             return
         try:
@@ -141,7 +141,8 @@ class Client(Closing):
             self.socket.settimeout(self._timeout_s)
             self.socket.sendall(question.encode())
             while (answer := next_frame(self._received)) is None:
-                # The time limit is for the complete answer, not for each part of it.
+                # Compute the end once, because the time limit applies to the complete answer, not
+                # to each part.
                 if (left := deadline - self._clock()) <= 0:
                     raise TimeoutError
                 self.socket.settimeout(left)

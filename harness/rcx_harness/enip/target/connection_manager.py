@@ -68,7 +68,7 @@ class Origin:
 
     Attributes:
         local: Our IPv4 address that the originator has used.
-        session: Handle of the session. An explicit connection ends with it.
+        session: Handle of the session. An explicit connection ends with its session.
         addresses: Socket address items of the request, by their type.
         items: Socket address items for the reply.
     """
@@ -85,7 +85,7 @@ _OPENING = (ConnectionService.FORWARD_OPEN, ConnectionService.LARGE_FORWARD_OPEN
 
 
 class ExplicitConnection:
-    """A class 3 connection, which answers its messages.
+    """A class 3 connection, which carries explicit messages and answers them.
 
     A repeated message, which has the same sequence count, gets the same reply and is not executed
     again.
@@ -108,11 +108,11 @@ class ExplicitConnection:
         self._reply = b""
 
     def has_timed_out(self, now: float) -> bool:
-        """Return whether no message came within the time-out (for the first: at least 10 s)."""
+        """Return whether the time-out has passed without a message (first: at least 10 s)."""
         return now >= self._deadline
 
     def answer(self, message: bytes, now: float, perform: Callable[[bytes], bytes]) -> bytes | None:
-        """Reply to a message; both begin with the sequence count.
+        """Return the reply to a message. Message and reply begin with the same sequence count.
 
         A message that is longer than the connection's size is answered with status 0x15. `perform`
         executes the CIP request and returns its reply.
@@ -190,7 +190,7 @@ class ConnectionManager:
         self._peers: dict[Triad, str] = {}
         self._class1: dict[Triad, ConnectionParameters] = {}
         self._openers: dict[Triad, int] = {}
-        """The session that has opened a class 1 connection; it may have ended since."""
+        """The session that has opened a class 1 connection. This session may have ended since."""
 
     @property
     def is_owned(self) -> bool:
@@ -203,7 +203,7 @@ class ConnectionManager:
         return tuple(self._class1.values())
 
     def perform(self, request: Request, origin: Origin) -> bytes:
-        """Reply to (Large) Forward Open or Forward Close; reply 0x08 to other services."""
+        """Reply to (Large) Forward Open and Forward Close; other services get error 0x08."""
         asked = None
         opens = request.service in _OPENING
         try:
@@ -257,7 +257,7 @@ class ConnectionManager:
         self._openers.clear()
 
     def close_all(self) -> None:
-        """Close all connections, as a reset does."""
+        """Close all connections of class 1 and 3, because the device is reset."""
         while self._class1:
             self._remove(next(iter(self._class1)))
         self._drop(lambda _: True)
@@ -359,7 +359,10 @@ class ConnectionManager:
 
     @staticmethod
     def _destination_port(multicast: bool, origin: Origin) -> int:
-        """Return the UDP port for our packets; an originator may set it for its own address."""
+        """Return the UDP port for our packets.
+
+        The originator may name a port for its own address.
+        """
         item = origin.addresses.get(Item.T_TO_O_ADDRESS)
         if multicast or item is None:
             return IO_PORT
@@ -387,7 +390,7 @@ class ConnectionManager:
         number = self._class1[triad].number
         self._forget(triad)
         if self._cyclic is not None:
-            with suppress(EnipError):  # the cyclic process has ended, and the connection with it
+            with suppress(EnipError):  # the cyclic process has ended, so there is no connection
                 self._cyclic.remove(number)
 
     def _forget(self, triad: Triad) -> None:
