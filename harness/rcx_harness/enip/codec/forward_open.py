@@ -2,8 +2,8 @@
 
 Layout: CIP volume 1, chapter 3, 5.5.2 (Forward Open, Large Forward Open) and 5.5.3 (Forward Close).
 Sizes are the connection sizes on the wire; intervals are in microseconds. Appendix C defines the
-segments of a path: logical (0x20, 0x24, 0x2C, 8 or 16 bits wide), electronic key (0x34),
-network (0x43, 0x50: production inhibit time) and simple data (0x80).
+segments of a path: logical (0x20, 0x24, 0x2C, 8 or 16 bits wide), electronic key (0x34), network
+(0x43, 0x50: production inhibit time) and simple data (0x80).
 """
 
 from __future__ import annotations

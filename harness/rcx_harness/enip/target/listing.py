@@ -39,8 +39,8 @@ class Listing:
     def answer(self, frame: Frame, local: tuple[str, int]) -> Frame | None:
         """Answer a discovery command.
 
-        A command with data is refused with status 0x65. `local` is our own host
-        and port, as shown by ListIdentity.
+        A command with data is refused with status 0x65. `local` is our own host and port, as shown
+        by ListIdentity.
 
         Returns:
             The answer; None if the command is not one of these three.
