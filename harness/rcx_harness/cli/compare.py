@@ -32,7 +32,7 @@ from structured_text.output.files import NewFiles, replace_files
 
 __all__ = ["compare"]
 
-#: First bytes of every JSON file of this command.
+#: The first bytes of each JSON file that this command writes.
 _BEGINNING = '{\n  "begin_us": '
 
 

@@ -121,7 +121,7 @@ class Robot:
 
 @dataclass(frozen=True)
 class StoredData:
-    """The stored data at the start of a run. Remote commands can change the data."""
+    """Stored data at the start; remote commands change them."""
 
     points: Mapping[int, Point] = field(default_factory=lambda: dict(EXAMPLE_POINTS))
     comments: Mapping[int, str] = field(default_factory=dict)
@@ -138,7 +138,7 @@ class StoredData:
 
 @dataclass(frozen=True)
 class PowerAndLink:
-    """States at power-on, states of external inputs, and effects of a loss of power or link."""
+    """State at power-on, state of the surroundings, and effects of a loss of power or link."""
 
     booted: bool = True  # whether the power is on at time 0, where boot_time begins
     auto_mode: bool = True
@@ -160,7 +160,7 @@ class PowerAndLink:
 
 @dataclass(frozen=True)
 class Timing:
-    """Delays of the controller."""
+    """Times that the controller takes."""
 
     boot_time: Delay = 200.0
     link_error_delay: Delay = 100.0
@@ -227,7 +227,7 @@ class Programs:
 
 @dataclass(frozen=True)
 class Commands:
-    """Behaviour of the handshake of remote commands."""
+    """The handshake of remote commands."""
 
     first_image_commands: bool = True
     skip_run_status: str = "short"  # never, short, always
@@ -239,7 +239,7 @@ class Commands:
 
 @dataclass(frozen=True)
 class Motion:
-    """Speeds, and behaviour of movements."""
+    """Speeds and movements."""
 
     auto_speed: int = 100  # [%]
     program_speed: int = 100  # [%]
