@@ -359,8 +359,8 @@ class Cell(Bench):
         Args:
             area: The first bytes of the PLC's input area; further bytes are 0. None: the
                 controller's answer.
-            connected: The connection status that the PLC's scanner shows while the PLC reads such
-                bytes.
+            connected: The connection status that the PLC's scanner shows while the PLC reads the
+                bytes of `area`.
             controller: The number of the controller, from 1.
         """
         self._node(controller).give_area(area, connected)

@@ -75,7 +75,7 @@ def sweep(options: SweepOptions) -> None:
 
 
 def _swept(options: SweepOptions, stimulus: Path) -> tuple[str, bool]:
-    """Sweep and print the failures; return them as JSON, and whether there are any."""
+    """Run the sweep and print the failures; return them as JSON, and whether a run has failed."""
     of = options.cells(stimulus)
     cells = of.make()
     cell = cells.cell(options.seed)

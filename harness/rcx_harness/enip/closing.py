@@ -13,7 +13,7 @@ class Closing:
     """An object with a `close` method that may be called more than once."""
 
     def close(self) -> None:
-        """Close the object."""
+        """Close the object and free its resources; a second call does nothing."""
         raise NotImplementedError
 
     def __enter__(self: _Own) -> _Own:

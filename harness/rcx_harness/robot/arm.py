@@ -116,7 +116,7 @@ class Settings:
         self.torque_in_effect = list(self.torque)
 
     def lose_power(self) -> None:
-        """Restore the torques; restore also the other settings if the configuration demands it."""
+        """Restore the torques after a loss of power; if so configured, also the other settings."""
         if self._config.power_loses_settings:
             self.restore()
         else:

@@ -82,8 +82,8 @@ class DedicatedInputs:
         before = self._actual
         self._actual = now
         # SI(00) and SI(06) turning OFF are always recognised at once. One other change in the same
-        # exchange is not recognised, but it is not a violation either: the master may have written
-        # it earlier within the same packet interval.
+        # exchange is not recognised, but it is not a violation either: the master may have made
+        # that change earlier within the same packet interval.
         stops = changed & before & _STOPS
         others = changed & ~stops
         self._taken &= ~stops

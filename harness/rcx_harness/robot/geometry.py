@@ -182,11 +182,10 @@ class Arc:
         self._size = len(start)
         a, b, c = (_space(part) for part in (start, via, end))
         first, whole = _minus(b, a), _minus(c, a)
-        # The centre of the circle is the circumcentre of the triangle start, via, end. With f = via
-        # - start and w = end - start the centre is start + ((|f|^2 w - |w|^2 f) x n) / (2 |n|^2), n
-        # = f x w. Points on
-        # one line have n = 0. `_v` is `_u` turned by 90 degrees in the plane of the circle, so
-        # that the angle grows from the start through `via` to the end.
+        # The centre of the circle is the circumcentre of the triangle start, via, end. Let f = via
+        # - start, w = end - start and n = f x w. Then the centre is start + ((|f|^2 w - |w|^2 f) x
+        # n) / (2 |n|^2). Points on one line have n = 0. `_v` is `_u` turned by 90 degrees in the
+        # plane of the circle. The angle therefore grows from the start through `via` to the end.
         normal = _cross(first, whole)
         if math.hypot(*normal) <= _FLAT * math.hypot(*first) * math.hypot(*whole):
             raise ValueError("no circle goes through three points on one line")

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 __all__ = ["CARTESIAN", "Kinematics", "Scara", "UnreachableError"]
 
 _X, _Y, _Z, _R = range(4)
-_UNIT = 1000.0  # joint units in one degree
+_UNIT = 1000.0  # number of joint units (0.001 degree) in one degree
 _HALF_TURN, _TURN = 180 * _UNIT, 360 * _UNIT
 
 

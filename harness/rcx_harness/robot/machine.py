@@ -71,7 +71,8 @@ class Machine:
         self.data.accumulated.power_on()
         self.booted = False
         self.si00 = self.si06 = self.si10 = False
-        # until SI(00) is ON; without an alarm, because every power-on begins so
+        # Emergency stop until SI(00) is ON. No alarm is raised, because this is the normal state at
+        # power-on.
         self.emergency = True
         self.link = "none"
         self.auto_mode = self._auto_selected
@@ -262,7 +263,7 @@ class Machine:
         return run
 
     def halt_axes(self, indices: Iterable[int], number: str) -> None:
-        """End all motion of these axes, with the alarm `number` as its reason."""
+        """End all motion of these axes because of the alarm `number`."""
         axes = set(indices)
         self.motion.stop(self.now_us, self.positions, number, axes)
         if self.origins.moves(axes):

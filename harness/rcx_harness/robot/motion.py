@@ -214,7 +214,7 @@ class Origins:
         self._run: OriginRun | None = None
 
     def plan(self, name: str) -> list[tuple[int, ...]]:
-        """Return the groups of axes that `SI14` or `SI17` moves; empty if it has no effect."""
+        """Return the groups of axes that the input `SI14` or `SI17` moves; empty if none."""
         if name == "SI14":
             return [group] if (group := self._axes(_OTHERS)) else []
         marked = [k for k, axis in enumerate(self._config.axes) if axis.origin_method == "mark"]

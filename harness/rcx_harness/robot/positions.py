@@ -1,4 +1,4 @@
-"""The positions of the robots for the trace, as the controller answers the position commands."""
+"""The positions of the robots for the trace, as the responses of position commands show them."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ class CyclicControl(Closing):
 
     @property
     def pid(self) -> int:
-        """Return the id of the process."""
+        """Return the process id of the process of the cyclic I/O."""
         return self._child.process.pid
 
     @property

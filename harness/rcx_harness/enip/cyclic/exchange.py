@@ -53,7 +53,8 @@ in a row has already timed out. A larger step therefore does not come from the o
 """
 
 _SEQUENCED_ADDRESS, _CONNECTED_DATA = 0x8002, 0x00B1
-# Number of items; type, length, connection id, sequence number; type, length.
+# The beginning of a packet: number of items; type, length, connection id and sequence number of the
+# first item; type and length of the second item.
 _HEADER = struct.Struct("<HHHIIHH")
 _NUMBER = struct.Struct("<I")
 _NUMBER_AT = 10
@@ -359,8 +360,9 @@ class Exchange:
             return True
         if arrival.missing:
             self._images.count(Word.MISSING, arrival.missing)
-        # A reader in another process reads in the reverse order: the state, the time, the data.
-        # A reader that sees the state RUN therefore also sees the packet's time and data.
+        # Write the data first, then the time, then the state. A reader in another process reads in
+        # the reverse order. If it finds the state RUN, time and data of the packet are therefore
+        # already valid.
         watched = self._is_watched(connection.parameters)
         if watched and arrival.data is not None:
             self._sink.write(arrival.data)

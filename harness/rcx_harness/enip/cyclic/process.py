@@ -159,7 +159,7 @@ def main(argument: str) -> None:
     with images:
         try:
             cyclic = _Cyclic(images, settings["host"], settings["port"], Role(settings["role"]))
-        # also raised for a bad port or host name
+        # A bad port or host name also raises one of these errors.
         except (OSError, OverflowError, UnicodeError) as error:
             tell({"error": str(error)})
             return

@@ -76,10 +76,10 @@ class Word(IntEnum):
     SENDING_ENDS = 16  # monotonic clock in microseconds, 0 for never; by the scanner
     TO_ROBOT_SIZE = 17  # written once, by the creator
     CYCLIC_ALIVE = 18  # time on the monotonic clock in microseconds
-    ADAPTER_ALIVE = 19  # time of the same clock, written by the adapter's process
-    # bytes of the connected data in the last packet that was dropped for its length
+    ADAPTER_ALIVE = 19  # monotonic clock in microseconds; by the adapter's process
+    # bytes of connected data in the last packet that was dropped for its length
     WRONG_LENGTH = 20
-    RIGHT_LENGTH = 21  # bytes that the connection of that packet expects
+    RIGHT_LENGTH = 21  # bytes that the connection of the dropped packet expects
     DROPPED = 22  # one word for each `Drop`, in their order
 
 
@@ -350,14 +350,14 @@ class SharedImages(Closing):
         self._words[counter] += number
 
     def drop(self, reason: Drop) -> None:
-        """Count a dropped packet; only the cyclic process calls it."""
+        """Count a dropped packet; only the cyclic process calls this method."""
         self._words[Word.DROPPED + reason] += 1
 
     def note_length(self, wrong: int, right: int) -> None:
         """Save the length of a packet that was dropped because of its length.
 
-        Only the cyclic process calls it. `wrong` is the length of the packet's data, `right` the
-        length that the connection expects.
+        Only the cyclic process calls this method. `wrong` is the length of the packet's data,
+        `right` the length that the connection expects.
         """
         self._words[Word.WRONG_LENGTH], self._words[Word.RIGHT_LENGTH] = wrong, right
 
@@ -370,7 +370,10 @@ class SharedImages(Closing):
         return self._words[part]
 
     def arrive(self, now_us: int, gap_us: int | None) -> None:
-        """Count an accepted packet and save the gap before it; only the cyclic process calls it."""
+        """Count an accepted packet and save the gap before it.
+
+        Only the cyclic process calls this method.
+        """
         words = self._words
         words[Word.RECEIVED] += 1
         words[Word.ARRIVED] = now_us

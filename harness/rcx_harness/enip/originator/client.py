@@ -59,7 +59,7 @@ class Client(Closing):
         self._session = 0
         try:
             self.socket = socket.create_connection((host, port), timeout_s, (source, 0))
-        # also raised for a bad port or host name
+        # A bad port or host name also raises one of these errors.
         except (OSError, OverflowError, UnicodeError) as error:
             raise EnipError(
                 f"no connection to the EtherNet/IP adapter at {self._name}: {error}",
@@ -95,7 +95,7 @@ class Client(Closing):
         return self.request(cip.Service.GET_ATTRIBUTE_SINGLE, path)
 
     def set_attribute(self, class_id: int, instance: int, attribute: int, value: bytes) -> None:
-        """Set one attribute."""
+        """Set the value of an attribute."""
         path = cip.encode_path(class_id, instance, attribute)
         self.request(cip.Service.SET_ATTRIBUTE_SINGLE, path, value)
 
@@ -141,8 +141,8 @@ class Client(Closing):
             self.socket.settimeout(self._timeout_s)
             self.socket.sendall(question.encode())
             while (answer := next_frame(self._received)) is None:
-                # Compute the end once, because the time limit applies to the complete answer, not
-                # to each part.
+                # Compute the deadline once, because the time limit applies to the complete answer,
+                # not to each part.
                 if (left := deadline - self._clock()) <= 0:
                     raise TimeoutError
                 self.socket.settimeout(left)

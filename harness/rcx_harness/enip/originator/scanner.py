@@ -112,7 +112,7 @@ class Received:
     Attributes:
         image: The newest assembly 100; zero before the first packet.
         age_us: Microseconds since the last packet; None before the first.
-        connected: Whether packets arrive: the status of a PLC's scanner.
+        connected: Whether packets arrive, which a PLC's scanner shows as its status.
     """
 
     image: bytes

@@ -79,7 +79,7 @@ class _Adapter:
             await self._start()
         except EnipError as error:
             tell({"refused": str(error)})
-        # also raised for a bad port or host name
+        # A bad port or host name also raises one of these errors.
         except (OSError, OverflowError, UnicodeError) as error:
             tell({"error": str(error)})
         else:
@@ -174,7 +174,7 @@ class _Adapter:
         await asyncio.wait((waiting, looking), return_when=asyncio.FIRST_COMPLETED)
         waiting.cancel()
         if looking.done():
-            looking.result()  # raises the error of the task
+            looking.result()  # raises the error that has ended the task
         looking.cancel()
 
     def _lose_cyclic_part(self, device: Device) -> None:

@@ -54,7 +54,7 @@ def tcp_ip_values(interface: NetworkInterface, group: str) -> dict[int, bytes]:
         8: bytes([1]),  # time to live of multicast packets
         9: struct.pack("<BxH", 0, 1) + _number(group),  # multicast: allocated by address, one group
         10: bytes(1),  # address conflict detection: off
-        11: bytes(35),  # last conflict: none
+        11: bytes(35),  # last address conflict: none
         12: bytes(1),  # quick connect: off
     }
 

@@ -164,7 +164,7 @@ def _from_controller(request: ForwardOpen, facts: Facts) -> str:
 
 
 def _set_size(asked: int, size: int, header: str) -> str:
-    """Return the setting to change, and the controller's other size if that was requested."""
+    """Return the setting to change in the PLC; name --size if the other size was requested."""
     text = f"set {size} bytes {header} in the PLC"
     for other in AREA_SIZES:
         if other != size and asked in (other, other + RUN_IDLE_SIZE):

@@ -192,7 +192,7 @@ class UdpServer:
                 continue  # some systems cannot bind to a broadcast address
 
     async def start(self) -> None:
-        """Begin to answer."""
+        """Open the sockets and begin to answer datagrams."""
         loop = asyncio.get_running_loop()
         transport, _ = await loop.create_datagram_endpoint(
             lambda: _Endpoint(self, broadcast=False), sock=self._unicast

@@ -17,7 +17,7 @@ _PULSES = (0x020, 0x024)
 _TOOL = (0x022, 0x026)
 _R = 3
 _PROBE = 1000  # 1 mm or 1 degree: far enough to find the axes that a direction moves
-_STEP = 250.0  # step of the search on a path with rotation [0.001 mm, 0.001 degree]
+_STEP = 250.0  # step of the search for a soft limit if an arm or hand turns [0.001 mm or degree]
 _FAR = 1e7  # beyond the reach of any robot [0.001 mm, 0.001 degree]
 
 

@@ -193,7 +193,7 @@ def move_in_tool_coordinates(machine: Machine, call: Call) -> Moving:
     if point.mm or frame.straight:
         there = arm.frame_with(point.hand) if point.hand else frame
         ends = there.to_pulses(frame.tool_to_mm(frame.to_mm(start), way))
-    else:  # in pulses each coordinate is an axis, so each selected axis moves by its own element
+    else:  # in pulses each coordinate belongs to one axis, so no other axis moves
         ends = tuple(at + point.data[k] * (k in places) for k, at in enumerate(start))
     target = {
         place: round(end)

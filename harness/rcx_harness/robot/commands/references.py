@@ -16,7 +16,7 @@ _NO_SCARA = 9
 _DESIGNATION = 0x50B
 _OF_MAX = 0x510
 _TYPES = {1: "incremental", 2: "absolute"}
-_HALF = 8  # number of tasks in one answer
+_HALF = 8  # number of tasks in one response
 _STOPPED, _RUNNING, _SUSPENDED, _STANDBY, _NO_TASK = 0, 1, 2, 3, 9
 _NETWORK_GROUP = 12
 _ETHERNET_IP = 0x0401  # unit number of an EtherNet/IP unit in an option slot
@@ -53,7 +53,7 @@ def read_option_slots(machine: Machine, call: Call) -> Response:
 
 @act(0x505, 0x506)
 def read_position_once(machine: Machine, call: Call) -> Response:
-    """Return the current position (4.7.4)."""
+    """Return the current position of a robot (4.7.4)."""
     mm = call.code == _MM
     values = {"positions": call.arm.shown(mm=mm)}
     if not mm:

@@ -219,7 +219,7 @@ class Programs:
     program_statements: int = 100  # most statements of a task in one controller cycle
     program_stack: int = 20  # nested GOSUB and CALL at most
     plain_variables: str = "real"  # variables without %, ! or $: real, integer
-    tcounter_ms: int = 1  # unit of the function TCOUNTER
+    tcounter_ms: int = 1  # unit of the function TCOUNTER [ms]
     program_error_stops_all: bool = True
     program_error_is_serious: bool = False
     name_filler: str = "spaces"  # zeros, spaces

@@ -38,9 +38,11 @@ _SCALE = {"mm": 1000, "pulses": 1}
 _UNITS = {"mm": "numbers in mm", "pulses": "whole numbers in pulses"}
 #: Greatest length of a key in a message [characters], and the end of a shortened key.
 _SHOWN, _CUT = 40, "..."
-#: Default limit of numbers in keys; larger than the number of any stored data.
+#: Default limit of numbers in keys such as `points.19`. It is larger than the number of any stored
+#: data.
 _MANY = 100_000
-#: A number that is larger than any number on the wire.
+#: Greatest number in stored data, before the check of its range. It is larger than any number on
+#: the wire.
 _MOST = 2**32
 
 

@@ -99,7 +99,7 @@ class World(MovingWorld, Protocol):
         """Turn an output ON, and turn it OFF after `ms` milliseconds."""
 
     def order(self, task: Any, wanted: Order) -> None:
-        """Execute an order to a task."""
+        """Start, suspend, restart or cut a task, as the order says."""
 
     def end(self, task: Any, *, everything: bool) -> None:
         """End the program of the task; with `everything`, end all programs."""

@@ -17,7 +17,7 @@ __all__ = ["Word", "explain", "words"]
 
 #: Greatest length of a statement in a message [characters].
 _LONGEST = 40
-#: The last part of a statement: a port or another name with its brackets, a number or a sign.
+#: The pattern of the last part of a statement: a name with its brackets, a number or a sign.
 _LAST = re.compile(r"[A-Z0-9_%!$.&*]+(?:\([^()]*\))?|[^\s\w]")
 #: The pattern of a movement whose target is missing.
 _NO_TARGET = re.compile(r"MOVE[IT]?\s*(\[\d\])?\s*[PLC]\s*,?")
