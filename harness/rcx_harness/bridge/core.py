@@ -103,7 +103,7 @@ class Registers:
 
 
 _CODE, _DEDICATED = 0, 16
-"""Words that the PLC must have cleared: the remote command's code, and SI(00) to SI(17)."""
+"""The words that the PLC must clear after a loss: the command code, and SI(00) to SI(17)."""
 _LAST_LIFE = 0xFFFF
 _SCANS = 2
 """Number of heartbeats that prove that a whole scan of the PLC has used the written data."""
@@ -227,7 +227,7 @@ class Bridge:
             self._beat, self._beat_us = plc.beat, now_us
             return
         if self._zero_us is None and self._state is not State.RUN:
-            # The PLC has answered after the bridge wrote zeros, so it has accepted them.
+            # The PLC has answered after the bridge wrote zeros, so the PLC has accepted the zeros.
             self._zero_us, self._beats = now_us, 0
         elif plc.beat != self._beat:
             self._beats += 1

@@ -417,7 +417,7 @@ class Cell(Bench):
 
     @contextmanager
     def trying(self) -> Iterator[None]:
-        """Undo all changes of the context at its end, and let no time pass in it."""
+        """Undo all changes of the `with` block at its end; no virtual time passes in the block."""
         before = [robot.snapshot() for robot in self.robots]
         try:
             with super().trying():
@@ -428,7 +428,7 @@ class Cell(Bench):
 
     @contextmanager
     def trial_of_program(self) -> Iterator[None]:
-        """Undo all scans of the program in the context at its end."""
+        """Undo all scans of the program in the `with` block at its end."""
         before = self.program.snapshot()
         with self._calls.apart():
             try:

@@ -98,7 +98,7 @@ class FarLink:
         """Open the connection, and open it again after every loss.
 
         Raises:
-            InputError: the controller does not answer, or it refuses.
+            InputError: the controller does not answer, or refuses the connection.
         """
         self.connection.opener.open()
         self.connection.opener.start(_LOOK_S, _REOPEN_S)

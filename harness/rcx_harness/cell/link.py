@@ -264,7 +264,7 @@ class PacketNetwork:
         self._random.setstate(random)
 
     def _flows(self, now_us: int) -> bool:
-        """Return whether there is a connection; open a new connection if possible."""
+        """Return whether PLC and robot are connected; first open a new connection if possible."""
         if not (self._matched and self._cable and self._adapter and self._plc):
             return False
         # A lost connection is reopened only after both sides have noticed the loss. Otherwise one

@@ -96,7 +96,7 @@ PANELS = {
     },
 }
 COMMANDS = {name: first for commands in PANELS.values() for name, first in commands.items()}
-#: Module and function of a command, if they do not have its name.
+#: Maps a command to its module and function, if these do not have the name of the command.
 _HOMES = {
     "import": ("import_", "import_"),
     "encode": ("codec", "encode"),
@@ -188,7 +188,7 @@ class Later(TyperCommand):
     def make_context(
         self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any
     ) -> Any:
-        """Load the command and let it parse its arguments; help and completion also need this."""
+        """Load the command and parse its arguments, which help and completion need as well."""
         command = self.loaded()
         _refuse_empty_paths(command, args)
         return command.make_context(info_name, args, parent, **extra)

@@ -136,7 +136,7 @@ def compare(
 
 
 def _happenings(path: Path) -> list[Happening]:
-    """Return the robot events of a stimulus; raise InputError for anything else in it."""
+    """Return the robot events of a stimulus; raise InputError for entries of other kinds."""
     found = []
     for entry in Stimulus.load(path).entries:
         if entry.values or entry.hold or entry.release or entry.area is not None:

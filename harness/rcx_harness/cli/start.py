@@ -54,7 +54,7 @@ def _run() -> int:
             from structured_text.output.console import spare_no_character
 
             spare_no_character()
-            # this import takes most of the first second
+            # this import takes most of the start time
             from rcx_harness.cli.app import main as command
         finally:
             gc.enable()

@@ -59,7 +59,7 @@ class Child:
         return None
 
     def stop(self) -> None:
-        """Close the standard input of the process, so that it ends; kill it after a time-out."""
+        """Close the standard input of the process to end it; kill the process after a time-out."""
         with suppress(OSError):  # the process has ended and has not read all orders
             self.orders.close()
         try:

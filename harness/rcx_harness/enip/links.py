@@ -65,7 +65,7 @@ class LockstepLink(AdapterLink):
             return self._client.get_assembly(TO_MASTER)
 
     def close(self) -> None:
-        """End the session and the adapter's process; do nothing if they have ended."""
+        """End the session and the adapter's process; a second call does nothing."""
         self._client.close()
         self.adapter.close()
 

@@ -27,7 +27,7 @@ KINDS = {
 #: Configuration instances that a connection path may name. A path without an instance is also
 #: accepted.
 CONFIGURATIONS = (1, 5, 151)
-#: Largest accepted packet interval [us]; the RCX3's predecessor has this value.
+#: Largest accepted packet interval [us]. The value is that of the RCX3's predecessor.
 RPI_MAX_US = 3_200_000
 #: Time without a message after which a TCP connection is closed [s]. A scanner may set another
 #: time.

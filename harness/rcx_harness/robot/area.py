@@ -41,7 +41,7 @@ def mask_of(signal: Signal) -> int:
 #: word.
 INPUTS = {signal.short: mask_of(signal) for signal in signals().input}
 OUTPUTS = {signal.short: mask_of(signal) for signal in signals().output}
-#: The mask of all dedicated inputs, and the mask of the reserved bits in the same word.
+#: The mask of all dedicated inputs, and the mask of the reserved bits, in the dedicated word.
 DEDICATED = sum(INPUTS.values())
 RESERVED = 0xFFFF & ~DEDICATED
 

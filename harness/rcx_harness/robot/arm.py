@@ -23,7 +23,8 @@ _RIGHT, _LEFT = 1, 2
 _PLANE = (0, 1)
 #: Default of the max. torque command value [%].
 _FULL_TORQUE = 100
-#: Highest speed of the tool on lines and arcs [mm/s]: SCARA robots, all others (guide, 4.2.1).
+#: Highest speed of the tool on lines and arcs [mm/s]: of SCARA robots, of all other robots (guide,
+#: 4.2.1).
 _SCARA_SPEED, _LINE_SPEED = 1000.0, 750.0
 
 
@@ -156,7 +157,7 @@ class Arm:
         settings: Settings,
         positions: Sequence[int],
     ) -> None:
-        """Create the robot; `positions` are those of all axes of the controller [pulses]."""
+        """Create the robot; `positions` has the positions of all axes in the controller [pulses]."""
         self.number = number
         self.config = config
         self.indices = config.axes_of(number)

@@ -206,7 +206,7 @@ class RealTimeOutput:
         self._due_us = 0
 
     def enable(self, enabled: bool) -> None:
-        """Start or stop the output; while it is stopped, the words belong to the robot programs."""
+        """Start or stop the output. While the output is stopped, robot programs use the words."""
         self.enabled = enabled
         self._due_us = 0
         if not enabled:

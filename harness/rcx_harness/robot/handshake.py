@@ -79,7 +79,7 @@ class Handshake:
         return self._shown
 
     def takes(self, machine: Machine) -> Kind:
-        """Return the course that the accepted command takes in the current state of the machine."""
+        """Return whether the accepted command is refused, short or lasting in the current state."""
         try:
             call = _check(machine, self._taken)
         except CommandError:
@@ -191,7 +191,7 @@ class Handshake:
         self._findings.add(machine.now_us, "hold-command", text)
         if self._execution and not stoppable:
             if self._config.changed_command_status == "run":
-                self._reported = words[0]  # the violation above already reports this code
+                self._reported = words[0]  # the violation already reports the new code
                 self._show(RUN, WORDS_AT_REST[1:])
                 self.phase = Phase.ABANDONED
                 return
@@ -268,7 +268,7 @@ class Handshake:
 
 
 def _goes_on(execution: Execution, machine: Machine) -> bool:
-    """Execute a command for one cycle without a status; return False once it has ended."""
+    """Execute a command for one cycle without showing a status; return False once it has ended."""
     try:
         return execution.step(machine) is None
     except CommandError:

@@ -195,7 +195,7 @@ class Machine:
             self.raise_alarm(EMERGENCY_STOP, serious=True)
 
     def switch_main_power(self, on: bool) -> None:
-        """Switch the power of the motors; without it the servos cannot be switched on."""
+        """Switch the main power of the motors, without which the servos cannot be switched on."""
         config = self.config
         self.main_power = on
         if on:
@@ -255,7 +255,7 @@ class Machine:
     def return_to_origin(
         self, groups: Iterable[tuple[int, ...]], *, by_command: bool = False
     ) -> OriginRun:
-        """Start a return-to-origin of these axes, one group after the other."""
+        """Start a return-to-origin of the given groups of axes, one group after the other."""
         run = self.origins.begin(groups, by_command=by_command)
         for index in run.axes:
             self.motion.forget(self.config.axes[index].robot)

@@ -81,7 +81,7 @@ class Movement:
         )
 
     def _hold_at(self, workpieces: Mapping[int, int], positions: list[int]) -> bool:
-        """Stop the axes at workpieces on their path; return whether there is such a workpiece."""
+        """Stop the axes at workpieces on their path; return whether any axis was stopped."""
         held = False
         for index, start in self.path.at(0.0).items():
             if index in workpieces:

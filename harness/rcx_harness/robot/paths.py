@@ -111,7 +111,7 @@ class AxisMove:
         return self.target - self.start
 
     def profile(self) -> Profile:
-        """Return the fastest speed profile of this axis from start to target."""
+        """Return the fastest speed profile of the axis from start to target."""
         return Profile.over(abs(self.way), self.speed, self.acceleration, self.deceleration)
 
 
@@ -207,7 +207,7 @@ class ArchPath(Path):
         self.seconds = self._fall_start + self._down.seconds
 
     def at(self, t: float) -> Mapping[int, float]:
-        """Return the positions at time `t`: arch axis in rise, wait or fall, and the other axes."""
+        """Return the positions of the arch axis and of the other axes at time `t`."""
         if t < self._fall_start:
             arch = self._rise.start + self._rise.way * self._up.share(t)
         else:
@@ -386,7 +386,7 @@ _RESUMED, _OFF_PATH, _NEARLY = 256, 1000, 0.99
 
 
 def _tool_speed(arm: Arm, pace: Pace) -> float:
-    """Return the highest speed of the tool for a movement with this pace [mm/s]."""
+    """Return the highest speed of the tool for a movement with the given pace [mm/s]."""
     return arm.line_speed * pace.share if pace.mm_per_s is None else pace.mm_per_s
 
 
@@ -410,7 +410,7 @@ def _ramps(arm: Arm, place: int, pace: Pace) -> tuple[float, float]:
 
 
 def _completed(arm: Arm, target: Mapping[int, int]) -> tuple[int, ...]:
-    """Return the positions of all axes at the target [pulses]; other axes stay where they are."""
+    """Return the positions of all axes at the end [pulses]; axes without a target do not move."""
     return tuple(target.get(place, now) for place, now in enumerate(arm.here))
 
 

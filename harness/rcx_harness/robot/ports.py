@@ -15,7 +15,7 @@ __all__ = ["Access", "Port", "Ports", "port", "port_of", "value_in"]
 #: Greatest number of recorded accesses. The checker of properties reads and clears them once per
 #: scan.
 _MOST_ACCESSES = 10_000
-_LAST_PORT = 0o15  # the language has ports 0 to 27 (octal), but this board only ports 0 to 15
+_LAST_PORT = 0o15  # the language has ports 0 to 27 (octal), but the EtherNet/IP board only 0 to 15
 _FIRST_FREE = 2  # ports 0 and 1 and words 0 and 1 are dedicated
 _WORDS = range(_FIRST_FREE, 16)
 _EXTENDED = range(24, 128)

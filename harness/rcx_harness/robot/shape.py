@@ -24,7 +24,7 @@ _LEFT = 2
 _TURNING = {
     True: (0, 1, 3),
     False: (3,),
-}  # indices of turning axes: SCARA robots, all others
+}  # turning axes: of SCARA robots, of all other robots
 
 
 def shapes(controller: Controller) -> list[dict[str, Any]]:

@@ -227,7 +227,7 @@ def single(value: float) -> float:
 
 
 def from_bits(bits: int) -> float:
-    """Return the single-precision number with these 32 bits (signed or not)."""
+    """Return the single-precision number whose 32 bits are `bits`, signed or unsigned."""
     value: float = struct.unpack("<f", struct.pack("<I", bits & 0xFFFFFFFF))[0]
     return value
 

@@ -103,7 +103,7 @@ class Programs:
 
     @property
     def now_us(self) -> int:
-        """Return the time of this controller cycle [us]."""
+        """Return the time of the current controller cycle [us]."""
         return self._machine.now_us
 
     @property
@@ -312,7 +312,10 @@ class Programs:
             task.end()
 
     def hold(self, task: RobotTask, *, everything: bool) -> None:
-        """Stop the program of the task, or with `everything` all; the next start continues them."""
+        """Stop the program of the task; with `everything`, stop all programs.
+
+        The next start continues the stopped programs.
+        """
         for other in self.tasks if everything else (task,):
             other.pause(self.now_us)
 
@@ -366,7 +369,8 @@ class Programs:
             try:
                 to = execute(code[at], task, self)
             except CommandError as error:
-                # not an error of the program: the stop input also stops the program itself
+                # A stop is not an error of the program, because the stop input also stops the
+                # program.
                 if error.number == STOP:
                     task.execution = None
                     return

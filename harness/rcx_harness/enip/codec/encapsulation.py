@@ -80,7 +80,7 @@ class Item(IntEnum):
 
 
 class Frame(NamedTuple):
-    """One encapsulated message; the answer has the same `context`."""
+    """One encapsulated message. The answer to a message has the `context` of the message."""
 
     command: int
     session: int = 0
@@ -116,7 +116,7 @@ def decode_header(data: bytes | bytearray) -> tuple[Frame, int] | None:
 
 
 def next_frame(buffer: bytearray) -> Frame | None:
-    """Remove the first complete frame from the buffer and return it; None if none is complete."""
+    """Remove the first frame from the buffer and return it; None if the frame is incomplete."""
     if len(buffer) < HEADER_SIZE:
         return None
     command, length, session, status, context, options = _HEADER.unpack_from(buffer)
@@ -129,7 +129,7 @@ def next_frame(buffer: bytearray) -> Frame | None:
 
 
 def encode_items(*items: tuple[int, bytes]) -> bytes:
-    """Return a common packet: the number of items, then type, length and data of each."""
+    """Encode a common packet: the number of items, then type, length and data of each item."""
     parts = [struct.pack("<H", len(items))]
     parts += [struct.pack("<HH", kind, len(data)) + data for kind, data in items]
     return b"".join(parts)
@@ -193,7 +193,7 @@ def socket_address(host: str, port: int) -> bytes:
 
 
 def decode_socket_address(data: bytes) -> tuple[str, int] | None:
-    """Return host and port of a socket address item, or None if it is not an IPv4 address."""
+    """Return host and port from a socket address item; None if it has no IPv4 address."""
     if len(data) != 16:
         return None
     family, port, host = struct.unpack(">HH4s8x", data)

@@ -64,7 +64,7 @@ class Journal:
             return Read([], 0)
         self._read = last
         copies = [self._slot(number) for number in range(first, last)[-_SLOTS:]]
-        # During the copy the writer may have overwritten the oldest of these slots.
+        # The writer may have overwritten the oldest slots during the copy.
         oldest = self._written[0] - _SLOTS + 1
         whole = copies[max(0, oldest - (last - len(copies))) :]
         records = [json.loads(each[_LENGTH.size :][: _length(each)]) for each in whole]

@@ -42,7 +42,7 @@ class _Cyclic:
         self._images = images
         self._role = role
         self._exchange = Exchange(images, self._ended, role)
-        # Never SO_REUSEADDR: a second process could then take packets without any error.
+        # Never set SO_REUSEADDR. With it, a second process could take packets without any error.
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.bind((host, port))
         self._host, self.port = self._socket.getsockname()

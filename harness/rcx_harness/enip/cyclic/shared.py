@@ -338,7 +338,7 @@ class SharedImages(Closing):
         return list(self._gaps[: min(self._words[Word.GAPS], GAPS)])
 
     def set_owner(self, state: OwnerState, connection: ConnectionParameters | None) -> None:
-        """Publish state and address of the owner; only the cyclic process calls this."""
+        """Publish state and address of the owner; only the cyclic process calls this method."""
         words = self._words
         words[Word.PEER] = int(ipaddress.IPv4Address(connection.peer)) if connection else 0
         words[Word.O_TO_T_API] = connection.o_to_t_api_us if connection else 0

@@ -73,7 +73,7 @@ class Client(Closing):
 
     @property
     def local_host(self) -> str:
-        """Return the IPv4 address of this end of the connection."""
+        """Return our IPv4 address on the TCP connection to the adapter."""
         return str(self.socket.getsockname()[0])
 
     @property

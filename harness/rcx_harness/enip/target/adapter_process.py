@@ -178,7 +178,7 @@ class _Adapter:
         looking.cancel()
 
     def _lose_cyclic_part(self, device: Device) -> None:
-        """Publish the loss of the owner; the cyclic process has ended and cannot publish it."""
+        """Publish the loss of the owner, because the cyclic process has ended and cannot do it."""
         device.connections.forget_cyclic()
         if self._shared.owner in (OwnerState.WAITING, OwnerState.RUN, OwnerState.IDLE):
             self._shared.set_owner(OwnerState.TIMED_OUT, None)

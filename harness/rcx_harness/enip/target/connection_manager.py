@@ -223,13 +223,13 @@ class ConnectionManager:
         return encode_reply(request.service, Status.SUCCESS, data)
 
     def explicit(self, connection_id: int, session: int) -> ExplicitConnection | None:
-        """Return the class 3 connection with this id if it is open and belongs to this session."""
+        """Return the open class 3 connection of a session with this id; None if there is none."""
         self.expire()
         found = self._explicit.get(connection_id)
         return found if found is not None and found.session == session else None
 
     def is_used_by(self, session: int) -> bool:
-        """Return whether this session has opened a connection (class 1 or 3) that is still open."""
+        """Return whether the session has opened a connection (class 1 or 3) that is still open."""
         self.expire()
         explicit = {connection.session for connection in self._explicit.values()}
         return session in explicit | set(self._openers.values())
@@ -244,13 +244,13 @@ class ConnectionManager:
         self._drop(lambda connection: connection.has_timed_out(now))
 
     def ended(self, number: int) -> None:
-        """Remove a class 1 connection that the cyclic part has ended by itself."""
+        """Remove a class 1 connection that the cyclic process has ended by itself."""
         for triad, parameters in list(self._class1.items()):
             if parameters.number == number:
                 self._forget(triad)
 
     def forget_cyclic(self) -> None:
-        """Remove all class 1 connections, because the cyclic part has ended."""
+        """Remove all class 1 connections, because the cyclic process has ended."""
         for triad in self._class1:
             del self._peers[triad]
         self._class1.clear()
@@ -394,7 +394,7 @@ class ConnectionManager:
                 self._cyclic.remove(number)
 
     def _forget(self, triad: Triad) -> None:
-        """Remove a connection, and the listen-only connections if no others remain."""
+        """Remove a connection; if only listen-only connections remain, remove them as well."""
         del self._class1[triad], self._peers[triad], self._openers[triad]
         if len(self._class1) == self._count(ConnectionKind.LISTEN_ONLY):
             for alone in list(self._class1):

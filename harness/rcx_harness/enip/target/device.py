@@ -118,7 +118,7 @@ class Session:
         return True, self._last_frame
 
     def close(self) -> None:
-        """End the session and its class 3 connections, whichever side closed it."""
+        """End the session and its class 3 connections, whether we or the client closed it."""
         self.ended = True
         if self._handle:
             self._device.unregister(self._handle)

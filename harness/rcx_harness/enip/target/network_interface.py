@@ -47,7 +47,7 @@ def address_toward(local: str, peer: str = _ELSEWHERE) -> str:
         try:
             # `connect` on a UDP socket only selects the route; it sends nothing
             probe.connect((peer, 9))
-        except OSError:  # there is no route
+        except OSError:  # no route to the peer
             return "127.0.0.1"
         return str(probe.getsockname()[0])
 

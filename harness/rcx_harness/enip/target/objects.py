@@ -283,7 +283,7 @@ class ObjectModel:
 
 
 def _add(class_id: ClassId, instance: int, attributes: Mapping[int, Any]) -> None:
-    """Create an instance; with the first instance, create its class, too."""
+    """Create an instance of a class; with its first instance, create the class itself."""
     _KINDS[class_id](instance_id=instance).attribute.update(
         {str(k): v for k, v in attributes.items()}
     )
@@ -317,7 +317,7 @@ def _identity_attributes(identity: Identity, status: Callable[[], int]) -> dict[
         for number, (name, kind, value) in enumerate(values, start=1)
     }
     attributes[5] = _Value("Status", lambda: struct.pack("<H", status()))
-    # Get_Attributes_All ends with the product name; ListIdentity and Get_Attribute_Single need it.
+    # Get_Attributes_All leaves out the state, which ListIdentity and Get_Attribute_Single show.
     mask = device.Attribute.MASK_GA_ALL
     attributes[8] = device.Attribute("State", parser.USINT, default=_OPERATIONAL, mask=mask)
     return attributes

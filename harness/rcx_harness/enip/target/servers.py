@@ -230,8 +230,8 @@ class _Endpoint(asyncio.DatagramProtocol):
             return
         room = has_room(server.delayed, addr[0], MAX_DELAYED, MAX_DELAYED_OF_PEER)
         if answer.delay_s == 0 or not room:
-            # If too many answers are delayed already, this answer is sent at once instead of being
-            # dropped.
+            # If too many delayed answers are waiting, send this answer at once instead of dropping
+            # it.
             self._send(answer.data, addr)
         else:
             server.delayed.append(addr[0])

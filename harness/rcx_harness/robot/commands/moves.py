@@ -348,7 +348,7 @@ def _go_by(
 def _begin(
     machine: Machine, call: Call, path: Path, hand: int = 0, *, relative: Hashable | None = None
 ) -> Moving:
-    """Start a movement; a SCARA robot then has the hand system `hand` (1 right, 2 left)."""
+    """Start a movement, and set the hand system of a SCARA robot to `hand` (1 right, 2 left)."""
     movement = machine.move(call.arm.number, path, relative=relative)
     if hand and call.arm.scara:
         call.arm.settings.arm_status = hand - 1

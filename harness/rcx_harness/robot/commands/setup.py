@@ -160,7 +160,7 @@ def motor_power_on(machine: Machine, call: Call) -> Execution:
 
 
 def _return_to_origin(machine: Machine, call: Call, chosen: Sequence[int]) -> Execution:
-    """Start a return-to-origin: absolute axes first, then others; mark method axes do not move."""
+    """Start a return-to-origin: first absolute axes, then other axes, but no mark method axes."""
     config = machine.config
     for robot in range(1, ROBOTS + 1):
         arm = machine.arm(robot)

@@ -93,7 +93,7 @@ RANGES = {
     "tcounter_ms": (1, 1000),
 }
 _PROGRAMS = 100
-#: Item numbers of the real time output (guide, 4.9.1).
+#: The allowed item numbers of the real time output (guide, 4.9.1).
 _ITEMS = range(1, 46)
 _SLOTS = 4
 #: Keys of alarms that may be empty. An empty key means that no alarm is raised.

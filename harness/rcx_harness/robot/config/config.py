@@ -318,7 +318,7 @@ class Alarms:
     undefined_point_alarm: str = "6.204"
     no_circle_alarm: str = "2.330"
     undefined_pallet_alarm: str = "6.236"
-    # undefined comments, shifts, hands, messages; empty: reading them returns 0 or nothing
+    # for undefined comments, shifts, hands, messages; empty: they read as 0 or nothing
     undefined_data_alarm: str = ""
     work_position_alarm: str = "6.283"
     point_unit_alarm: str = "6.205"

@@ -85,8 +85,8 @@ class _Linker:
             if line.label in self.labels:
                 self._error(f"the label {line.label} occurs twice", "rename one of them")
             if line.statement is None:
-                # A jump to the label continues after this instruction, because a label alone is not
-                # a line that is executed.
+                # A jump continues after the label's instruction, because a label alone is not a
+                # line that is executed.
                 self._emit("label")
             self.labels[line.label] = len(self.code)
         if line.statement is not None:

@@ -14,7 +14,7 @@ __all__ = ["in_program", "program_code"]
 
 
 class Given(Protocol):
-    """The properties of a program of a robot file that this module reads; see RobotProgram."""
+    """The properties of a robot file's program that this module uses; see RobotProgram."""
 
     @property
     def duration(self) -> float:

@@ -105,7 +105,10 @@ class World(MovingWorld, Protocol):
         """End the program of the task; with `everything`, end all programs."""
 
     def hold(self, task: Any, *, everything: bool) -> None:
-        """Stop the program of the task, or with `everything` all; the next start continues them."""
+        """Stop the program of the task; with `everything`, stop all programs.
+
+        The next start continues the stopped programs.
+        """
 
 
 def execute(one: Instruction, task: Running, world: World) -> int:

@@ -47,7 +47,7 @@ class Surroundings(Protocol):
 
     @property
     def now_us(self) -> int:
-        """Return the time of this controller cycle [us]."""
+        """Return the time of the current controller cycle [us]."""
 
     @property
     def clock(self) -> datetime:

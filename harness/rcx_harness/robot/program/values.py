@@ -101,7 +101,7 @@ def _modulo(a: float, b: float) -> float:
 
 
 def _rest(a: int, b: int) -> int:
-    """Return the remainder of a division that is rounded toward 0; it has the sign of `a`."""
+    """Return the remainder of a division that is rounded toward 0, with the sign of `a`."""
     rest = abs(a) % abs(b)
     return -rest if a < 0 else rest
 

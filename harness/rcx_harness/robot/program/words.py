@@ -1,4 +1,4 @@
-"""The words of the robot language; some of them are not executed by this controller."""
+"""The words of the robot language, with those that this controller does not execute."""
 
 from __future__ import annotations
 
