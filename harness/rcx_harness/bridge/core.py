@@ -223,7 +223,7 @@ class Bridge:
         if isinstance(plc, Lost):
             self._beat = self._zero_us = None
             return
-        if self._beat is None:  # the first answer cannot be compared
+        if self._beat is None:  # the first answer has no previous heartbeat
             self._beat, self._beat_us = plc.beat, now_us
             return
         if self._zero_us is None and self._state is not State.RUN:

@@ -113,7 +113,7 @@ class _Counter:
         held = self._holds(task, one, to)
         counter = holds if held else fails
         if one.kind == "for_test" and not held and before > at:
-            return  # the loop has already run and ends
+            return  # the loop has already run, so its end is not a branch
         if counter >= 0:
             found[1].counters[counter] += 1
 

@@ -104,19 +104,19 @@ class DirectLink:
         self._to_master = bytes(size)
 
     def scanner_write(self, image: bytes) -> None:
-        """Set assembly 150."""
+        """Set assembly 150, which goes to the robot."""
         self._to_robot = bytes(image)
 
     def scanner_read(self) -> bytes:
-        """Return assembly 100."""
+        """Return assembly 100, which comes from the robot."""
         return self._to_master
 
     def robot_read(self) -> bytes:
-        """Return assembly 150."""
+        """Return assembly 150, which comes from the PLC."""
         return self._to_robot
 
     def robot_write(self, image: bytes) -> None:
-        """Set assembly 100."""
+        """Set assembly 100, which goes to the PLC."""
         self._to_master = bytes(image)
 
     def close(self) -> None:

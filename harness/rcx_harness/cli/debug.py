@@ -115,7 +115,7 @@ def debug(
     # A separate stream: sys.stdin cannot be closed at the end while a thread reads from it.
     reading, writing = os.fdopen(os.dup(sys.stdin.fileno()), "rb"), sys.stdout.buffer
     client = Client(reading, writing)
-    with redirect_stdout(sys.stderr):  # only the adapter may write to the client
+    with redirect_stdout(sys.stderr):  # no other output may reach the client
         code = Session(client, lambda arguments: launched(arguments, given, alone=no_robot)).run()
     if code:
         raise typer.Exit(code)

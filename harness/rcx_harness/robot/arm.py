@@ -157,7 +157,7 @@ class Arm:
         settings: Settings,
         positions: Sequence[int],
     ) -> None:
-        """Create the robot; `positions` has the positions of all axes in the controller [pulses]."""
+        """Create the robot; `positions` are those of all axes in the controller [pulses]."""
         self.number = number
         self.config = config
         self.indices = config.axes_of(number)

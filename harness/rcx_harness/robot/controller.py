@@ -286,7 +286,7 @@ class Controller:
         state = self._state
         machine_us = state.machine.next_due_us()
         if machine_us == state.now_us:
-            return machine_us  # nothing can be due before the next cycle
+            return machine_us  # no event can be due before the next cycle
         due = (
             machine_us,
             state.inputs.next_due_us(),

@@ -97,7 +97,7 @@ _ACTIONS: dict[str, tuple[str, Callable[..., None]]] = {
     ),
 }
 
-#: Description of each event by its name.
+#: Maps the name of each event to its description.
 EVENTS: dict[str, str] = {name: text for name, (text, _) in _ACTIONS.items()}
 
 

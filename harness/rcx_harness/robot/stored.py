@@ -113,7 +113,7 @@ class Point:
     def of(cls, fields: Mapping[str, Any]) -> Point:
         """Create a point from the fields of a telegram (guide, 4.3.1)."""
         arm1, arm2 = (_TURNS.get(fields[name], 0) for name in ("arm1", "arm2"))
-        hand = fields["hand"] % 3  # 3 means no hand, as 0 does
+        hand = fields["hand"] % 3  # both 0 and 3 mean no hand
         return cls(tuple(fields["positions"]), bool(fields["unit"]), hand, arm1, arm2)
 
     @property

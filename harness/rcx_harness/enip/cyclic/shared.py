@@ -57,9 +57,9 @@ class Word(IntEnum):
     The process of the cyclic exchange writes most words.
     """
 
-    SIZE = 0  # written once, by the creator
-    LINK = 1  # written by the parent
-    RUN = 2  # written by the scanner
+    SIZE = 0  # bytes of assembly 100; written once, by the creator
+    LINK = 1  # a `LinkState`; written by the parent
+    RUN = 2  # whether the program runs; written by the scanner
     OWNER = 3  # generation << 8 | OwnerState
     PEER = 4
     O_TO_T_API = 5
@@ -71,16 +71,16 @@ class Word(IntEnum):
     SENT = 11
     MISSING = 12
     SKIPPED = 13
-    ARRIVED = 14  # time on the monotonic clock in microseconds
+    ARRIVED = 14  # time of the last packet on the monotonic clock in microseconds
     GAPS = 15  # number of stored gaps
     SENDING_ENDS = 16  # monotonic clock in microseconds, 0 for never; by the scanner
-    TO_ROBOT_SIZE = 17  # written once, by the creator
-    CYCLIC_ALIVE = 18  # time on the monotonic clock in microseconds
+    TO_ROBOT_SIZE = 17  # bytes of assembly 150; written once, by the creator
+    CYCLIC_ALIVE = 18  # last sign of life on the monotonic clock in microseconds
     ADAPTER_ALIVE = 19  # monotonic clock in microseconds; by the adapter's process
     # bytes of connected data in the last packet that was dropped for its length
     WRONG_LENGTH = 20
     RIGHT_LENGTH = 21  # bytes that the connection of the dropped packet expects
-    DROPPED = 22  # one word for each `Drop`, in their order
+    DROPPED = 22  # the first of the counters: one word for each `Drop`
 
 
 class Drop(IntEnum):

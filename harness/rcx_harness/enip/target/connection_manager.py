@@ -329,7 +329,7 @@ class ConnectionManager:
         )
         try:
             self._cyclic.add(parameters)
-        except EnipError:  # the cyclic process has ended
+        except EnipError:  # the cyclic process has ended, so it cannot add a connection
             raise refused(ExtendedStatus.OUT_OF_CONNECTIONS) from None
         self._class1[request.triad] = parameters
         self._openers[request.triad] = origin.session

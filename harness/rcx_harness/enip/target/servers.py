@@ -42,7 +42,7 @@ class TcpServer:
         self.device = device
         self.accepts = True
         self.connections: set[_Connection] = set()
-        """The open connections."""
+        """The open TCP connections of the device."""
 
     def protocol(self) -> asyncio.BufferedProtocol:
         """Return the protocol object that asyncio needs for each new connection."""

@@ -64,13 +64,13 @@ def read_pallet(machine: Machine, call: Call) -> Response:
 
 @act(0x10C)
 def write_shift(machine: Machine, call: Call) -> None:
-    """Define a shift."""
+    """Define a shift of the coordinates (4.3.4)."""
     machine.memory.shifts[call.values["shift"]] = call.values["shift_data"]
 
 
 @act(0x10D)
 def read_shift(machine: Machine, call: Call) -> Response:
-    """Return a shift."""
+    """Return the data of a shift (4.3.4)."""
     number = call.values["shift"]
     return {"shift": number, "shift_data": machine.memory.shift(number)}
 

@@ -274,7 +274,7 @@ def _plan(call: Call) -> _Plan:
 
 
 def _hand(call: Call) -> int:
-    return int(call.values.get("hand", 0)) % 3  # 3 means no hand, as 0 does
+    return int(call.values.get("hand", 0)) % 3  # both 0 and 3 mean no hand
 
 
 def _target(call: Call, point: Point, places: Iterable[int]) -> dict[int, int]:

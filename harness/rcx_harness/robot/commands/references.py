@@ -182,14 +182,14 @@ def read_latest(machine: Machine, call: Call) -> Response:
 
 @act(0x511)
 def read_date(machine: Machine, call: Call) -> Response:
-    """Return the date (4.7.13)."""
+    """Return the date of the controller's clock (4.7.13)."""
     now = machine.data.clock.now(machine.now_us)
     return {"year": now.year % 100, "month": now.month, "day": now.day}
 
 
 @act(0x512)
 def read_time(machine: Machine, call: Call) -> Response:
-    """Return the time (4.7.14)."""
+    """Return the time of the controller's clock (4.7.14)."""
     now = machine.data.clock.now(machine.now_us)
     return {"hour": now.hour, "minute": now.minute, "second": now.second}
 

@@ -13,7 +13,7 @@ from rcx_harness.robot.motion import OriginRun
 from rcx_harness.robot.paths import Pace, plan_ptp
 from rcx_harness.robot.stored import ROBOTS, Point
 
-_QUARTERS = 4  # absolute reset positions per rotation of the motor
+_QUARTERS = 4  # number of absolute reset positions in a rotation of the motor
 _OFF = 0x035
 _WITH_SERVOS = 0x042
 #: Maps each command to the setting that it changes, and to the field with the new value.
@@ -36,7 +36,7 @@ def change_setting(machine: Machine, call: Call) -> None:
 def select_shift(machine: Machine, call: Call) -> None:
     """Select the shift of a robot (4.2.17)."""
     number = call.values["shift"]
-    # raises the alarm of the shift reference if the shift is not defined
+    # This call raises the alarm of the shift reference if the shift is not defined.
     machine.memory.shift(number)
     call.arm.settings.shift = number
 
@@ -45,7 +45,7 @@ def select_shift(machine: Machine, call: Call) -> None:
 def select_hand(machine: Machine, call: Call) -> None:
     """Select the hand of a robot (4.2.18)."""
     number = call.values["hand_number"]
-    # raises the alarm of the hand reference if the hand is not defined
+    # This call raises the alarm of the hand reference if the hand is not defined.
     machine.memory.hand(call.arm.number, number)
     call.arm.settings.hand = number
 

@@ -22,7 +22,7 @@ def set_date(machine: Machine, call: Call) -> None:
 
 @act(0x603)
 def set_time(machine: Machine, call: Call) -> None:
-    """Set the time (4.8.2)."""
+    """Set the time of the controller's clock (4.8.2)."""
     hour, minute, second = (call.values[name] for name in ("hour", "minute", "second"))
     machine.data.clock.set_time(machine.now_us, hour, minute, second)
 

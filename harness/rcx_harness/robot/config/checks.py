@@ -209,7 +209,7 @@ def check_programs(programs: Any, size: int, plain: str) -> None:
         _expect_steps(program.steps)
         named = isinstance(program.name, str) and _NAME.fullmatch(program.name) is not None
         _expect(named, "name", program.name, "upper case letters, digits and _")
-        if program.name in seen and program.name != type(program).name:  # empty by default
+        if program.name in seen and program.name != type(program).name:  # not the default
             raise same_name(program.name)
         seen.add(program.name)
     names = [program.name for program in programs]

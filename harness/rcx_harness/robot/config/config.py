@@ -115,7 +115,7 @@ class Robot:
     axes: tuple[Axis, ...] = _AXES
     scara_robots: tuple[int, ...] = (1, 2, 3, 4)
     programs: tuple[RobotProgram, ...] = (RobotProgram(),)
-    # Two opposite corners by name [mm]; drawn in charts only.
+    # Two opposite corners of each area by its name [mm]; the areas are only drawn in charts.
     work_areas: Mapping[str, tuple[Corner, Corner]] = field(default_factory=dict)
 
 
@@ -127,8 +127,8 @@ class StoredData:
     comments: Mapping[int, str] = field(default_factory=dict)
     pallets: Mapping[int, Pallet] = field(default_factory=dict)
     shifts: Mapping[int, Shift] = field(default_factory=dict)
-    hands: Mapping[tuple[int, int], Hand] = field(default_factory=dict)  # by robot and number
-    variables: Mapping[str, float] = field(default_factory=dict)  # by SGI5, SGR5
+    hands: Mapping[tuple[int, int], Hand] = field(default_factory=dict)  # by robot and hand number
+    variables: Mapping[str, float] = field(default_factory=dict)  # by name, such as SGI5 or SGR5
     parameters: Mapping[str, int | tuple[int, ...]] = field(default_factory=dict)
     comment_filler: str = "zeros"  # zeros, spaces
     real_to_integer: str = "round"  # round, truncate
@@ -148,14 +148,14 @@ class PowerAndLink:
     program_is_reset: bool = False
     sequence_program: bool = True
     parallel_io: str = "none"  # none, valid, invalid
-    parallel_stop: bool = True  # DI06 is ON
+    parallel_stop: bool = True  # whether the stop input DI06 is ON
     ip_address: str = "set"  # set, none, duplicate
     idle_header: str = "loss"  # loss, hold
     loss_clears_inputs: bool = True
     power_loses_origin: bool = True
     power_loses_settings: bool = False
     power_clears_internal_outputs: bool = True
-    power_clears_variables: bool = False  # SGI0 to SGI31, SGR0 to SGR31
+    power_clears_variables: bool = False  # whether SGI0 to SGI31, SGR0 to SGR31 are cleared
 
 
 @dataclass(frozen=True)
@@ -216,9 +216,9 @@ class Programs:
     program_words_between_commands: bool = True
     waiting_is_standby: bool = True
     program_info_while_running: bool = True
-    program_statements: int = 100  # most statements of a task in one controller cycle
-    program_stack: int = 20  # nested GOSUB and CALL at most
-    plain_variables: str = "real"  # variables without %, ! or $: real, integer
+    program_statements: int = 100  # greatest number of statements of a task in a controller cycle
+    program_stack: int = 20  # greatest depth of nested GOSUB and CALL
+    plain_variables: str = "real"  # type of variables without %, ! or $: real or integer
     tcounter_ms: int = 1  # unit of the function TCOUNTER [ms]
     program_error_stops_all: bool = True
     program_error_is_serious: bool = False
@@ -262,7 +262,7 @@ class References:
     unasked_positions_zero: bool = True
     position_flag_bit0: bool = True
     position_hand: bool = False
-    clock: str = "2014-01-01 10:59:59"  # at time 0
+    clock: str = "2014-01-01 10:59:59"  # date and time at time 0
     option_slots: tuple[int, ...] = (0x0401, 0x0100, 0, 0)
     ivy2_unit: int = 0
     newest_message_first: bool = True
