@@ -28,7 +28,7 @@ _DATAGRAM = 2048
 _LOOK_US = 50_000
 """Longest time between two checks of the link state while there are connections."""
 BEAT_US = 250_000
-"""Longest time between two signs of life while there are no connections."""
+"""Longest time between two signs of life of this process while there are no connections."""
 _AT_ONCE = 128
 """Largest number of packets that are read before the due packets are sent. Without this limit, many
 received packets could delay the due packets."""
@@ -109,7 +109,7 @@ class _Cyclic:
     def _take(self, datagram: bytes, host: str, at_us: int) -> None:
         if self._exchange.receive(datagram, host, at_us):
             return
-        # The order that adds the packet's connection may still be waiting.
+        # Execute waiting orders first, because one of them may add the packet's connection.
         if not (self._obey() and self._exchange.receive(datagram, host, now_us())):
             self._images.drop(Drop.UNKNOWN)
 

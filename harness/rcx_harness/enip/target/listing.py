@@ -43,7 +43,7 @@ class Listing:
         by ListIdentity.
 
         Returns:
-            The answer; None if the command is not one of these three.
+            The answer; None if the command is not a discovery command.
         """
         if frame.command == Command.LIST_SERVICES:
             item = struct.pack("<HH16s", PROTOCOL_VERSION, self._flags, b"Communications")
