@@ -37,7 +37,7 @@ class Question:
         risk: The highest risk at the cell.
         title: The question in one line.
         does: Description of the action at the cell, for the person who confirms it.
-        decides: Rules with the keys that the answer decides; empty for a rule without keys.
+        decides: Maps each rule that the answer decides to its keys; a rule may have no keys.
         ask: Function that asks the question and reports findings.
         person: Action that the person must take; empty if none.
     """
