@@ -1,4 +1,4 @@
-"""A cell under the debugger, which runs it scan by scan and can go back."""
+"""A cell that the debugger runs scan by scan, forwards and backwards."""
 
 from __future__ import annotations
 
