@@ -37,9 +37,11 @@ from structured_text.projects.needed import needed
 
 __all__ = ["MODELS", "SEEDED", "InterlockModel", "explored", "replay", "told"]
 
-#: Limit of the scans from a free area to a grant, however many requests were given up before.
+#: Greatest number of scans from a free area to the next grant. Requests that were given up do not
+#: count.
 _PROMPT = 5
-#: Number of scans that the replay of a hang shows. The grant should happen within them.
+#: Number of scans that the replay of a hang shows. Without the hang, the grant would be in these
+#: scans.
 _SHOWN = 40
 _WIDE = 1 << 32
 
@@ -97,23 +99,29 @@ class _Seat(NamedTuple):
     was_ready: bool = False
     was_ack: bool = False
     in_the_way: bool = True
-    """It is in the area, or may be.
+    """Whether the robot is in the area or may be there.
 
-    It is not known to be outside, or was lost there and not acknowledged since. This also holds
-    after its first call; a second call can show that it is outside.
+    This is the case until a second call shows that it is outside, and after a loss in the area
+    until the loss is acknowledged.
     """
     met: bool = False
-    """It has been called."""
+    """Whether the block of this robot has been called."""
     kept: bool = False
     valid: bool = False
     had: bool = False
-    """It has been granted since Enable rose; also in the scan in which that ends in an error."""
+    """Whether the robot got the area since Enable rose.
+
+    This includes the scan in which an error ends it.
+    """
     failed: bool = False
-    """It has shown an error since Enable rose."""
+    """Whether the block has shown an error since Enable rose."""
     queue: int = 0
-    """Its place among those that wait and are called in each scan; 0 = it does not wait."""
+    """Position in the queue of waiting robots that are called in every scan.
+
+    0: the robot does not wait.
+    """
     free: int = 0
-    """Number of scans that it has waited while no robot had the area or gave up before it."""
+    """Number of scans of waiting in which no robot had the area and no robot before it gave up."""
 
 
 #: Inputs that change before a scan, each as robot and name of the input.
@@ -129,7 +137,7 @@ class _Choice(NamedTuple):
 
 @dataclass(frozen=True)
 class _State:
-    """All values with a later effect: the seats of the judge, and variables of the program."""
+    """All values that influence later scans: the seats of the judge, and variables of the program."""
 
     seats: tuple[_Seat, ...]
     inner: tuple[Any, ...]
@@ -155,7 +163,7 @@ class _World(World[_Choice]):
         robots = range(model.robots)
         self._locks = [getattr(self._root, f"LOCK{k}") for k in robots]
         self._area = self._root.AREA
-        inputs = ("GO", "OUT", "ACK", "READY", "CALLED")  # the first fields of a seat
+        inputs = ("GO", "OUT", "ACK", "READY", "CALLED")  # the first fields of a seat: inputs
         self._inputs = [[f"{name}{k}" for name in inputs] for k in robots]
         self._judged = cache(_judged)  # cached, because many scans have the same inputs and outputs
         self.every = [_Choice(k, one) for k, one in enumerate(_changes(model))]
@@ -182,14 +190,14 @@ class _World(World[_Choice]):
         return self._scan(here, choice, here.inner)
 
     def check(self, state: bytes, choice: _Choice, following: bytes, random: Random) -> None:
-        """Repeat the scan with other tickets; raise AssertionError if the next state differs."""
+        """Repeat the scan with other tickets. Raise AssertionError if the next state differs."""
         here = self._states[state]
         there, _ = self._scan(here, choice, _disturbed(here.inner, random))
         if there != following:
             raise AssertionError(f"{self._model.name}: tickets have an effect: {here} {choice}")
 
     def added(self) -> None:
-        """Record for a new state which robots still request the area and do not have it."""
+        """Record the robots that request the area in a new state and do not have it."""
         for wait in self._waits:
             wait.add(self._after)
 
@@ -223,7 +231,10 @@ class _World(World[_Choice]):
     def run(
         self, before: Sequence[_Seat], changes: _Changes
     ) -> tuple[tuple[_Seat, ...], list[str]]:
-        """Run one scan from the present state of the program; return the seats and broken rules."""
+        """Run one scan from the present state of the program.
+
+        Return the seats and the broken rules.
+        """
         seats = list(before)
         for k, name in changes:
             seats[k] = seats[k]._replace(**{name: not getattr(seats[k], name)})

@@ -63,7 +63,9 @@ class Block:
 
 @dataclass(frozen=True, eq=False)
 class Situation:
-    """The values that the PLC reads in a scan. Situations are compared by identity.
+    """The values that the PLC reads in a scan.
+
+    Two situations are equal only if they are the same object.
 
     Attributes:
         label: Description in words.
@@ -79,7 +81,7 @@ class Situation:
 
 
 class Wire(NamedTuple):
-    """The values that the PLC has written."""
+    """The values that the PLC has written in a scan."""
 
     code: int
     first: int
@@ -88,7 +90,7 @@ class Wire(NamedTuple):
 
 
 class Choice(NamedTuple):
-    """Everything that the environment chooses for one scan."""
+    """All values that the environment chooses for one scan."""
 
     number: int
     ticks: int
@@ -101,7 +103,7 @@ class Choice(NamedTuple):
 
 
 class Quiet(NamedTuple):
-    """Behaviour of the environment from some moment on, for the proof that nothing hangs.
+    """An environment without new requests, for the proof that no block hangs.
 
     Attributes:
         title: Description in words.
@@ -132,12 +134,11 @@ class Model:
         pins: Possible values of (EmergencyStopOk, StopOk).
         quiet: Environments in which all work must end.
         tick_ms: Unit of time [ms]. Every scan comes one of `gaps` ticks after the previous scan.
-        gaps: See `tick_ms`.
+        gaps: Possible numbers of ticks between two scans.
         margin_ms: Value of the pin Margin of FB_WriteArea.
         longest_ms: The longest time of any timer.
-        queue: Limit of the tickets on a channel. A block that gives up while it waits leaves its
-            ticket behind until the turn continues. Without a limit the number of states would be
-            infinite.
+        queue: Limit of the tickets on a channel. The ticket of a waiting block that gives up stays
+            in the queue until its turn. Without a limit the number of states would be infinite.
         variables: Additional declarations of the program.
         statements: Additional statements at the start of the program.
         switches: Additional BOOL variables of the program that the environment sets, each with its
@@ -189,7 +190,7 @@ class Model:
         )
 
     def free(self) -> set[str]:
-        """Return the variables that are set before each scan, or that the program only writes."""
+        """Return the variables that are set before each scan or are only written."""
         names = {"InputArea", "OutputArea", "Connected", "EmergencyStopOk", "StopOk"}
         names |= {"CallRead", "CallWrite"}
         names |= {f"{what}{one.name}" for one in self.blocks for what in ("Go", "Call")}

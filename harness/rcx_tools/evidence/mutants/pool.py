@@ -44,7 +44,7 @@ class _Pool:
         self._running[pid] = (task, reading)
 
     def ended(self) -> Outcome:
-        """Wait for the next child to end; return its outcome."""
+        """Wait for the end of the next child process, and return its outcome."""
         pid, how, seconds = copy_ended()
         task, reading = self._running.pop(pid)
         self._told(pid)
@@ -66,7 +66,7 @@ def run_tasks(
     ended: Callable[[int], None] = lambda pid: None,
     patience_s: float = PATIENCE_S,
 ) -> Iterator[Outcome]:
-    """Run mutants in parallel; yield the outcome of each as it ends.
+    """Run mutants in parallel. Yield each outcome as soon as the mutant ends.
 
     Args:
         tasks: Mutants with their tests.
@@ -74,8 +74,8 @@ def run_tasks(
             that found the mutant.
         jobs: Number of mutants that run in parallel.
         ended: Called with the process number of each child that has ended.
-        patience_s: Time that a child gets in addition to its tests. After that the mutant counts as
-            killed.
+        patience_s: Time that a child process gets in addition to its tests. After this time the
+            mutant counts as killed.
     """
     pool = _Pool(run, ended, patience_s)
     gc.collect()
