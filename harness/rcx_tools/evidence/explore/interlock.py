@@ -137,7 +137,7 @@ class _Choice(NamedTuple):
 
 @dataclass(frozen=True)
 class _State:
-    """All values that influence later scans: the seats of the judge, and variables of the program."""
+    """All values that influence later scans: seats of the judge, and program variables."""
 
     seats: tuple[_Seat, ...]
     inner: tuple[Any, ...]
