@@ -232,10 +232,10 @@ class _Variables:
         self._changed = Changed(watched)
         self._lanes: dict[str, Lane] = {}
         self.words: set[int] = set()
-        """All values of WORD variables; some of them are ErrorIDs."""
+        """All values of WORD variables. Some of these values are ErrorIDs."""
 
     def take(self, t_us: int, values: Mapping[str, Any]) -> None:
-        """Add the values of the next scan."""
+        """Add the values of the watched variables after the next scan."""
         for part, held in self._changed.take(values):
             if part.type == _WORD:
                 self.words.add(held)

@@ -61,7 +61,7 @@ def _lines(timeline: Timeline, line_us: int) -> list[_Line]:
 
 
 def _chosen(timeline: Timeline, line_us: int) -> int:
-    """Return the length of a line in time: the requested length, or long enough for few lines."""
+    """Return the time that one line shows: the requested time, or enough for only a few lines."""
     if line_us:
         return line_us
     few = (step for step in _STEPS if timeline.end_us <= _LINES * step)

@@ -270,7 +270,7 @@ class Follower(Protocol):
 
     @property
     def declared(self) -> Declared:
-        """Return the property as it was declared."""
+        """Return the declaration of this property."""
 
     @property
     def paths(self) -> tuple[str, ...]:
@@ -284,22 +284,22 @@ class Follower(Protocol):
         """Evaluate a scan, and return whether the property is newly broken in it."""
 
     def forget(self) -> None:
-        """Reset the memory, because the program starts again."""
+        """Reset the memory of the property, because the program restarts."""
 
     def told(self, program: Program) -> str:
         """Return the message about this broken property."""
 
     def snapshot(self) -> object:
-        """Return the memory of the property."""
+        """Return a snapshot of the memory of the property."""
 
     def restore(self, snapshot: Any) -> None:
-        """Restore a state that `snapshot` returned."""
+        """Restore a snapshot of the memory of the property."""
 
     def memory(self, now_us: int) -> Hashable:
         """Return the memory without absolute times. Equal memory means equal behaviour."""
 
     def remember(self, memory: Any, now_us: int) -> None:
-        """Restore a state that `memory` returned, as of `now_us`."""
+        """Restore the memory that `memory` returned; the time is now `now_us`."""
 
 
 class Followed:
@@ -338,7 +338,7 @@ class Followed:
         return True
 
     def forget(self) -> None:
-        """Reset the memory, because the program starts again."""
+        """Reset the memory of the property, because the program restarts."""
         self._broken, self._due_us, self._was = False, None, True
         self._mark()
 
@@ -361,11 +361,11 @@ class Followed:
         return f"{what} {said}{limit}; {shown}"
 
     def snapshot(self) -> object:
-        """Return the memory of the property."""
+        """Return a snapshot of the memory of the property."""
         return self._broken, self._due_us, self._was, self._then()
 
     def restore(self, snapshot: Any) -> None:
-        """Restore a state that `snapshot` returned."""
+        """Restore a snapshot of the memory of the property."""
         self._broken, self._due_us, self._was, before = snapshot
         for one, then in zip(self._both(), before, strict=True):
             if one is not None and one.condition is not None:
@@ -377,7 +377,7 @@ class Followed:
         return left_us, self._was, tuple(self._then())
 
     def remember(self, memory: Any, now_us: int) -> None:
-        """Restore a state that `memory` returned, as of `now_us`."""
+        """Restore the memory that `memory` returned; the time is now `now_us`."""
         left_us, was, before = memory
         self.restore((False, None if left_us is None else now_us + left_us, was, before))
 
@@ -458,11 +458,11 @@ class Judge:
             one.forget()
 
     def snapshot(self) -> object:
-        """Return the memory of each property."""
+        """Return a snapshot of the memory of all properties."""
         return [one.snapshot() for one in self._properties]
 
     def restore(self, snapshot: Any) -> None:
-        """Restore a state that `snapshot` returned."""
+        """Restore a snapshot of the memory of all properties."""
         for one, state in zip(self._properties, snapshot, strict=True):
             one.restore(state)
 

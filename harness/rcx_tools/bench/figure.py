@@ -58,12 +58,12 @@ class Options:
 
 
 def at_least(value: float, unit: str, least: float, peer: str = NO_TARGET) -> Figure:
-    """Return a figure with the target that it is at least `least`."""
+    """Return a figure with a target: the value must be at least `least`."""
     return Figure(_rounded(value), unit, f">= {least:g}", peer, value >= least)
 
 
 def at_most(value: float, unit: str, most: float, peer: str = NO_TARGET) -> Figure:
-    """Return a figure with the target that it is at most `most`."""
+    """Return a figure with a target: the value must be at most `most`."""
     target = f"<= {most:g}" if most else "0"
     return Figure(_rounded(value), unit, target, peer, value <= most)
 

@@ -1,4 +1,4 @@
-"""Size of a robot and of each block on a PLC in bytes, with each available compiler.
+"""Memory size of a robot and of each block on a PLC, with each available compiler.
 
 The sizes are not estimated. matiec or STruC++ translates the whole library, the C or C++ compiler
 compiles the result, and `sizeof` gives the size of every block.

@@ -350,7 +350,7 @@ def _track(signal: str, label: str | None) -> Track:
 
 
 def _follow_events(track: Track, stimulus: Stimulus) -> None:
-    """Record the changes of the robot's surroundings, as the stimulus defines them."""
+    """Record the changes of the robot's surroundings that the stimulus defines."""
     if track.signal not in _SURROUNDINGS:
         return
     one = _SURROUNDINGS[track.signal]

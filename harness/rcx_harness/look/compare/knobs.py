@@ -98,7 +98,10 @@ def seen_at(t_us: int, si: bytes, recorded: bytes, virtual: bytes, clock: str) -
 
 
 def _clock(t_us: int, fields_: Mapping[str, Any], clock: str) -> str:
-    """Return the clock at time 0, computed from an answer to a clock reference."""
+    """Return the date and time of the controller at the start of the recording.
+
+    They are computed from an answer to a clock reference.
+    """
     try:
         shown = datetime.fromisoformat(clock) + timedelta(microseconds=t_us)
         if "year" in fields_:

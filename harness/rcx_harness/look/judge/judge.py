@@ -25,7 +25,7 @@ __all__ = ["REPORT_EVERY", "JudgeOptions", "Judgement", "is_capture", "is_judged
 _SHOWN = slice(DEDICATED_AT, DEDICATED_AT + 2)
 _MOST_KEPT = 1_000
 REPORT_EVERY = 20_000
-# first bytes of capture files: pcap and pcapng
+# first bytes of capture files in the formats pcap and pcapng
 _CAPTURES = ("0a0d0d0a", "a1b2c3d4", "d4c3b2a1", "a1b23c4d", "4d3cb2a1")
 _TRACE, _PACKED = "7b", "1f8b"
 #: `rcx` commands that write traces without the broken rules of PLC and controller.

@@ -58,9 +58,9 @@ class Sample(NamedTuple):
         so: The area to the PLC; empty before the first packet.
         si: The area to the controller; empty if nothing is sent to it.
         connected: Whether the PLC is connected and its program runs.
-        whole: Whether no packet is missing directly before this one.
-        at_once: Whether both areas belong to the same cycle of the controller, so that the sender
-            of `si` had not read `so`.
+        whole: True if no packet is missing directly before this packet.
+        at_once: Whether both areas belong to the same cycle of the controller. The sender of `si`
+            had then not read `so`.
     """
 
     t_us: int

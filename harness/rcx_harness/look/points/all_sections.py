@@ -115,6 +115,6 @@ def _pallet(number: int, pallet: object) -> list[str]:
 
 
 def _mm(value: int) -> str:
-    """Return an integer of thousandths as an exact decimal."""
+    """Return a number of thousandths as a decimal number without rounding."""
     size = abs(value)
     return f"{'-' if value < 0 else ''}{size // _SCALE}.{size % _SCALE:03}"

@@ -147,7 +147,7 @@ def _table(name: str, rows: Iterable[tuple[int, str]]) -> list[str]:
 
 
 def _mm(value: int) -> str:
-    """Return an integer of thousandths as an exact decimal."""
+    """Return a number of thousandths as a decimal number without rounding."""
     size = abs(value)
     return f"{'-' if value < 0 else ''}{size // 1000}.{size % 1000:03}"
 

@@ -187,7 +187,7 @@ class Asker:
                 expected = getattr(_DEFAULTS, name)
                 self.findings.append(Finding(rule, name, values, expected, text, between))
 
-    # --- inputs and outputs ---
+    # --- dedicated inputs, dedicated outputs and words ---
 
     def on(self, name: str) -> bool:
         """Return the state of a dedicated output in the area that was received last."""

@@ -15,7 +15,7 @@ _REAL = struct.Struct("<d")
 
 
 def put_whole(data: bytearray, number: int) -> None:
-    """Append a whole number of 0 or more in the encoding of the page."""
+    """Append a whole number (0 or more) in the encoding of the page."""
     while number > 127:
         data.append(number & 127 | 128)
         number >>= 7

@@ -205,11 +205,11 @@ class CellTape(Tape):
             telegrams.take(t_us, so, image.get())
 
     def snapshot(self) -> Any:
-        """Return the state between two scans."""
+        """Return a snapshot of the program between two scans."""
         return super().snapshot(), [one.snapshot() for one in self.telegrams]
 
     def restore(self, snapshot: Any) -> None:
-        """Restore a state that `snapshot` returned."""
+        """Restore a snapshot of the program."""
         tape, telegrams = snapshot
         super().restore(tape)
         for one, state in zip(self.telegrams, telegrams, strict=True):

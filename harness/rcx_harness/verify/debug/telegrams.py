@@ -74,9 +74,9 @@ class Telegrams:
             self.last = (Telegram(t_us, words_of(si)), *self.last[: _KEPT - 1])
 
     def snapshot(self) -> object:
-        """Return the state for `restore`."""
+        """Return a snapshot of the telegrams."""
         return self.so, self.si, self.last
 
     def restore(self, snapshot: tuple[bytes, bytes, tuple[Telegram, ...]]) -> None:
-        """Restore a state that `snapshot` returned."""
+        """Restore a snapshot of the telegrams."""
         self.so, self.si, self.last = snapshot

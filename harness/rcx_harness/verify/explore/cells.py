@@ -234,7 +234,7 @@ class _CellWorld(World[CellChoice]):
             self._twins.append((earlier, state))
 
     def check(self, state: bytes, choice: CellChoice, following: bytes, random: Random) -> None:
-        """Check that two states with the same key behave alike, if there are two."""
+        """If there is a pair of states with the same key, check that both behave alike."""
         del state, choice, following
         if self._twins:
             self._compare(*self._twins.pop(), random)

@@ -240,7 +240,7 @@ class _Program(World[Choice]):
         """Check that the abstraction is sound for one step.
 
         The same scan runs at another time, with other tickets and scan numbers. It must lead to the
-        same state. Otherwise the abstraction has dropped a variable that has an effect.
+        same state. If it does not, the abstraction has left out a variable with an effect.
         """
         now_us = self._state.disturb(state, 1, random)
         there, broken = self._scan(state, choice, now_us)

@@ -80,7 +80,7 @@ class StableData(Declared):
 
 
 class _Stable:
-    """The evaluation of a `StableData`, scan by scan and access by access."""
+    """The evaluation of a `StableData`, for each scan and for each access of a robot program."""
 
     has_before = False
 
@@ -107,7 +107,7 @@ class _Stable:
         self.forget()
 
     def forget(self) -> None:
-        """Reset the memory, because the program starts again."""
+        """Reset the memory of the property, because the program restarts."""
         self._was = True  # if the strobe is ON in the first scan, there is no edge
         self._history: tuple[tuple[Any, ...], ...] = ()
         self._valid: tuple[Any, ...] | None = None
@@ -169,11 +169,11 @@ class _Stable:
         return self._said
 
     def snapshot(self) -> object:
-        """Return the memory of the property."""
+        """Return a snapshot of the memory of the property."""
         return self._was, self._history, self._valid, self._scans, self._reported
 
     def restore(self, snapshot: Any) -> None:
-        """Restore a state that `snapshot` returned."""
+        """Restore a snapshot of the memory of the property."""
         self._was, self._history, self._valid, self._scans, self._reported = snapshot
 
     def memory(self, now_us: int) -> Hashable:
@@ -188,7 +188,7 @@ class _Stable:
         return self._was, self._history, self._valid, counted, self._reported
 
     def remember(self, memory: Any, now_us: int) -> None:
-        """Restore a state that `memory` returned."""
+        """Restore the memory that `memory` returned."""
         del now_us
         self.restore(memory)
 

@@ -78,7 +78,7 @@ class _Standing:
         self.forget()
 
     def forget(self) -> None:
-        """Reset the memory, because the program starts again."""
+        """Reset the memory of the property, because the program restarts."""
         self._since_us: int | None = None
         self._seen: Hashable = None
         self._reported = False
@@ -121,11 +121,11 @@ class _Standing:
         return ": ".join(filter(None, (still, waits(self._cell))))
 
     def snapshot(self) -> object:
-        """Return the memory of the property."""
+        """Return a snapshot of the memory of the property."""
         return self._since_us, self._seen, self._reported
 
     def restore(self, snapshot: Any) -> None:
-        """Restore a state that `snapshot` returned."""
+        """Restore a snapshot of the memory of the property."""
         self._since_us, self._seen, self._reported = snapshot
 
     def memory(self, now_us: int) -> Hashable:
@@ -134,7 +134,7 @@ class _Standing:
         return passed_us, self._seen, self._reported
 
     def remember(self, memory: Any, now_us: int) -> None:
-        """Restore a state that `memory` returned, as of `now_us`."""
+        """Restore the memory that `memory` returned; the time is now `now_us`."""
         passed_us, self._seen, self._reported = memory
         self._since_us = None if passed_us is None else now_us - passed_us
 

@@ -1,4 +1,4 @@
-"""A counterexample, written as a stimulus file and run on the built-in engine."""
+"""Replay of a counterexample: it becomes a stimulus file, and is run on the built-in engine."""
 
 from __future__ import annotations
 

@@ -87,7 +87,7 @@ class Course(StormRun):
         return super().snapshot(), self.judge.snapshot()
 
     def restore(self, snapshot: Any) -> None:
-        """Restore a state that `snapshot` returned."""
+        """Restore a snapshot of the run and of the properties."""
         state, judged = snapshot
         super().restore(state)
         self.judge.restore(judged)

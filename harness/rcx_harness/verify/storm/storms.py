@@ -81,7 +81,7 @@ class StormRun(ABC):
         """Execute the recovery, so that the cell works again."""
 
     def weathered(self) -> None:  # noqa: B027 - a run may have nothing to do then
-        """Do something after a recovery. The default is to do nothing."""
+        """Do something after a successful recovery. By default nothing is done."""
 
     def of(self, storms: Sequence[Storm]) -> None:
         """Run several storms in sequence."""
@@ -114,12 +114,12 @@ class StormRun(ABC):
         self.done = [act for act in self.done if act.t_us < now_us]
 
     def snapshot(self) -> object:
-        """Return the state of run and cell."""
+        """Return a snapshot of the run and its cell."""
         known = list(self.done), set(self._dropped), dict(self.failures), self._judged
         return self.cell.snapshot(), known
 
     def restore(self, snapshot: Any) -> None:
-        """Restore a state that `snapshot` returned."""
+        """Restore a snapshot of the run and its cell."""
         state, (done, dropped, failures, self._judged) = snapshot
         self.cell.restore(state)
         self.done, self._dropped, self.failures = list(done), set(dropped), dict(failures)
@@ -130,7 +130,7 @@ class StormRun(ABC):
             self.apply(part)
 
     def apply(self, act: Entry) -> None:
-        """Apply an action now."""
+        """Apply an action to the cell at the current time."""
         act.apply(self.cell)
 
     def let_pass(self, duration_us: int) -> None:

@@ -298,22 +298,23 @@ class _Wait:
         self.add(start)
 
     def add(self, seats: Sequence[_Seat]) -> None:
-        """Add a state; it is an end if the robot has the area, has failed, or does not request."""
+        """Add a state. It is an end if the robot has the area, has failed, or does not request."""
         seat = seats[self.robot]
         self._failed.append(seat.failed)
         self.ends.append(seat.valid or seat.failed or not (seat.go and seat.called))
 
     def follow(self, number: int, choice: _Choice, following: int) -> None:
-        """Add the step in which the others leave.
+        """Add the step from a state in which the other robots leave the area.
 
-        If the robot fails in that step, the state becomes a loop, which is reported as a hang.
+        If the robot fails in this step, the state leads to itself. A state that leads to itself is
+        reported as a hang.
         """
         if choice.number == self.quiet:
             self.nexts.append(number if self._failed[following] else following)
 
 
 def leaving(seats: Sequence[_Seat], alone: int) -> _Changes:
-    """Return the next change by which the other robots leave; empty if all have left."""
+    """Return the next input change of the robots that leave. Empty if all have left."""
     for k, seat in enumerate(seats):
         if k == alone:
             continue
@@ -326,10 +327,10 @@ def leaving(seats: Sequence[_Seat], alone: int) -> _Changes:
 
 
 def _closer(numbers: Sequence[int], held: Sequence[int]) -> list[int]:
-    """Return the numbers in the same order from 0 on, with smaller gaps and the same neighbours.
+    """Return ticket numbers with the same order and smaller gaps, from 0 on.
 
-    Numbers are signed, as in the comparison of tickets. A distance of one is preserved only after a
-    ticket that is `held`, because the turn advances by one only from such a ticket.
+    Numbers are signed, as in the comparison of tickets. After a ticket in `held`, a distance of one
+    is preserved, because the turn advances by one only from such a ticket.
     """
     signed = {one: (one + _WIDE // 2) % _WIDE - _WIDE // 2 for one in numbers}
     owned = {signed[one] for one in held}
@@ -363,7 +364,7 @@ def _changes(model: InterlockModel) -> Iterator[_Changes]:
 def _judged(
     before: tuple[_Seat, ...], now: tuple[_Seat, ...], shown: tuple[tuple[bool, bool, int], ...]
 ) -> tuple[tuple[_Seat, ...], tuple[str, ...]]:
-    """Judge a scan from outside; return the seats after it, and the broken rules.
+    """Judge a scan by inputs and outputs. Return the seats after the scan, and the broken rules.
 
     Args:
         before: The seats after the previous scan.
@@ -407,7 +408,7 @@ def _judged(
 
 
 def _contract(k: int, was: _Seat, seat: _Seat, shown: tuple[bool, bool, int]) -> list[str]:
-    """Return the rules that one robot breaks; the robot was called in this scan."""
+    """Return the rules that one robot breaks. Its block was called in this scan."""
     valid, busy, number = shown
     name = f"robot {k + 1}"
     broken = []
@@ -423,7 +424,7 @@ def _contract(k: int, was: _Seat, seat: _Seat, shown: tuple[bool, bool, int]) ->
 
 
 def _safety(before: Sequence[_Seat], after: Sequence[_Seat]) -> Iterator[str]:
-    """Yield violations of mutual exclusion: a robot owns the area while another may be in it."""
+    """Yield violations of mutual exclusion: one robot has the area, and another may be in it."""
     for k, seat in enumerate(after):
         if not (seat.valid and seat.called):
             continue
@@ -462,7 +463,7 @@ def explored(
     limit: int = 0,
     seed: int = 1,
 ) -> Result:
-    """Explore a model, to its end or to this number of states."""
+    """Explore a model completely, or up to a number of states."""
     world = _World(model, library)
     return Search(world, world.every, seed).run(model.name, limit)
 
@@ -470,7 +471,7 @@ def explored(
 def replay(
     model: InterlockModel, broken: Broken, library: Sequence[Path] = LIBRARY
 ) -> tuple[str, ...]:
-    """Replay the path to a broken rule from the start without abstraction; return broken rules."""
+    """Replay the path to a broken rule without abstraction, and return the broken rules."""
     world = _World(model, library)
     seats, rules = world.start, []
     for choice in broken.path:

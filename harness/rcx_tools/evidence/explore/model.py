@@ -1,4 +1,4 @@
-"""Models: a program with a few blocks, and everything that its environment may do."""
+"""Models: a program with a few blocks, and all possible actions of its environment."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from rcx_harness.spec.wire import ABNORMAL_END, NORMAL_END, READY, RUN
 
 __all__ = ["DOWN", "SKIPPED", "UP", "Block", "Choice", "Model", "Quiet", "Situation", "Wire"]
 
-#: What happens to a block in a scan: Execute or Enable is FALSE, it is TRUE, or the block is not
-#: called.
+#: Treatment of a block in a scan: Execute or Enable is FALSE (DOWN) or TRUE (UP), or the block is
+#: not called (SKIPPED).
 DOWN, UP, SKIPPED = 0, 1, 2
 
 
@@ -25,8 +25,9 @@ class Block:
         name: Name of the instance.
         type: Type of the block.
         pins: The other arguments of the call, as text.
-        kind: How the oracle judges it: `command`, `jog`, `continuous`, `sequence`, `emergency`,
-            `release emergency`, `stop`, `release stop`, `level` or `job`.
+        kind: The kind of block, which decides how the oracle judges the block: `command`, `jog`,
+            `continuous`, `sequence`, `emergency`, `release emergency`, `stop`, `release stop`,
+            `level` or `job`.
         code: Code of the remote command.
         bits: Numbers of the dedicated inputs that the block switches on (SI(12), octal, is bit 10).
         answer: For a sequence block: mask and value of the dedicated outputs that confirm the

@@ -26,7 +26,7 @@ from structured_text.testing.tracing import PerTest
 
 __all__ = ["Copies", "Traced"]
 
-#: Packages that a child imports from its copy.
+#: Packages that a child process imports from its copy.
 _PACKAGES = ("rcx_harness", "rcx_tools", "structured_text")
 #: Files that are not copied because no test needs them.
 _LEFT_OUT = (".*", "out", "*.egg-info")
@@ -135,7 +135,7 @@ class Copies:
         """Remove the copy of a child process that has ended."""
         shutil.rmtree(self._base / str(pid), ignore_errors=True)
 
-    # --- in a child ---
+    # --- in a child process ---
 
     def first_failure(
         self,
@@ -155,8 +155,8 @@ class Copies:
             regenerate: Whether to regenerate the generated files of plc/lib.
         """
         # Quick tests run before exhaustive ones, and a few files before the rest. If a test of
-        # these files fails, the others are not even collected. Each child has its own copy: files
-        # are hard links, and only changed files are written.
+        # these files fails, the others are not even collected. Each child process has its own copy:
+        # files are hard links, and only changed files are written.
         quick = [node for node in nodes if node not in exhaustive]
         own = self._base / str(os.getpid())
         with suppress(OSError, ValueError):  # some systems have no such limit

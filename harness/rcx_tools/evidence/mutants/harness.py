@@ -322,7 +322,7 @@ class HarnessRun:
     def _others(self, mutant: Mutant, ran: dict[str, frozenset[str]]) -> list[str]:
         """Return tests for a module in which no test has executed a function.
 
-        These are tests in files that contain the name of the module.
+        The tests are in files that contain the name of the module.
         """
         name = Path(mutant.file).stem
         files = sorted({_file(node) for node in ran})

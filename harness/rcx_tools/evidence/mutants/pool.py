@@ -13,7 +13,7 @@ from structured_text.output.system import copied, copy_ended
 
 __all__ = ["PATIENCE_S", "run_tasks"]
 
-#: Time limit of a child: a factor for the processor time of its tests, plus a constant [s].
+#: Time limit of a child process: a factor for the processor time of its tests, plus a constant [s].
 _SLOWER, PATIENCE_S = 4.0, 15.0
 
 
@@ -70,10 +70,10 @@ def run_tasks(
 
     Args:
         tasks: Mutants with their tests.
-        run: Function that runs in a child: it runs the tests with the mutant and returns the test
-            that found the mutant.
+        run: Function that is called in a child process. It runs the tests with the mutant and
+            returns the test that found the mutant.
         jobs: Number of mutants that run in parallel.
-        ended: Called with the process number of each child that has ended.
+        ended: Function that is called with the process number of each child process that has ended.
         patience_s: Time that a child process gets in addition to its tests. After this time the
             mutant counts as killed.
     """

@@ -241,8 +241,8 @@ def _milliseconds(library: Library) -> Iterator[Goal]:
 # --- REAL: Size is the pattern without the sign; an exponent that is 1 higher adds _STEP to it ---
 
 _STEP, _INFINITE, _SIGN = 0x80_0000, 0x7F80_0000, 1 << 31
-#: Patterns of 2^23 and 2^24. For numbers between them, the mantissa of the REAL is the number
-#: itself.
+#: Bit patterns of the REALs 2^23 and 2^24. The mantissa of a REAL between these limits is equal to
+#: the number.
 _WHOLE, _ABOVE = 0x4B00_0000, 0x4B80_0000
 #: Number of doublings that always make the mantissa of a denormal number a whole number.
 _DOUBLINGS = 149

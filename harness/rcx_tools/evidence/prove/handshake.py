@@ -40,7 +40,7 @@ _ANSWERS = (*_ENDS.values(), 0x0000, 0x8001, 0x8002, 0x8014)
 #: output (guide 4.7.4). Continuous output has no end status; the status reset ends it.
 _POSITIONS, _CONTINUOUS = (0x0505, 0x0506), 0x0001
 _HEAD: Path = (*BLOCK, "MAKEHEAD")
-#: Copy of the data on the wire inside FB_WriteArea (see property `bytes`).
+#: Path of the variable in FB_WriteArea with a copy of the data on the wire (see property `bytes`).
 _CODE: Path = (*_HEAD, "CODE")
 _RECOVERY: Path = (*_HEAD, "HANDSHAKE", "RECOVERY")
 _COMMAND_DATA = 2

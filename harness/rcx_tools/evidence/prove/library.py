@@ -53,11 +53,11 @@ class Step:
     called: Path
 
     def was(self, path: Path) -> Any:
-        """Return a scalar before the call, as a term."""
+        """Return the value of a scalar before the call, as a term."""
         return self.machine.term(path, self.before)
 
     def now(self, path: Path) -> Any:
-        """Return a scalar after the call, as a term."""
+        """Return the value of a scalar after the call, as a term."""
         return self.machine.term(path)
 
 

@@ -56,7 +56,7 @@ _SENDERS: dict[str, Path] = {
 #: Blocks that contain other blocks. FB_PowerUp waits for link and CPU_OK itself, before its first
 #: request.
 _COMPOSITES = ("FB_POWERUP", "FB_SERVOONFROMEMERGENCYSTOP")
-#: Blocks that send one command after the other with FB_RcxPointRow.
+#: Blocks that send one command after the other by FB_RcxPointRow.
 CARRIERS = ("FB_POINTBACKUP", "FB_POINTRESTORE")
 _STOPPERS = ("FB_EMERGENCYSTOP", "FB_PROGRAMSTOP")
 
@@ -399,7 +399,7 @@ def _troubles(step: Step, name: str, assumed: tuple[Any, ...], ends: Any) -> Ite
         )
 
 
-#: Bits of RCX_REF.SI by their position in bytes n + 32 and n + 33 (chapter 5, 1).
+#: Maps a bit position in bytes n + 32 and n + 33 to the variable in RCX_REF.SI (chapter 5, 1).
 _SI = {
     0: "SI00_EMERGENCYSTOP",
     1: "SI01_SERVOON",

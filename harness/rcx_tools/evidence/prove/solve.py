@@ -22,7 +22,7 @@ class Answer:
         status: `proved`, `refuted` or `unknown`.
         seconds: Run time of the solver.
         values: Values of the requested terms in the counterexample, if the claim is refuted.
-        reason: Reason of the solver, if the answer is unknown.
+        reason: If the answer is unknown, the reason that the solver gives.
     """
 
     status: str

@@ -240,7 +240,7 @@ class _Comparison:
 
 
 def _python(kind: Type, raw: Any) -> Any:
-    """Convert a leaf from the representation of `shown` to a Python value of the engine."""
+    """Convert a value from the representation of `shown` to a Python value of the engine."""
     if isinstance(kind, ArrayType):
         return [held(kind.element, raw[place]) for place in range(len(raw) - 1)]
     if kind == LREAL:

@@ -152,7 +152,10 @@ def _shown(kind: Type) -> Callable[[Any], Any]:
 
 
 def _given(kind: Type, value: Any) -> Any:
-    """Return a value in the form of `Program.write`. A TIME is truncated to whole microseconds."""
+    """Convert a value to the type that `Program.write` takes.
+
+    A TIME is truncated to microseconds.
+    """
     if isinstance(kind, EnumType):
         return kind.members[value]
     if isinstance(kind, ArrayType):

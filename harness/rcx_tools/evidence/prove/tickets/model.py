@@ -195,7 +195,7 @@ class Scene:
     jobs: tuple[Job, ...]
 
     def holds(self) -> dict[str, Any]:
-        """Return the invariant of the channel, of each job, and of each two jobs, by name."""
+        """Return the invariants of the channel, of each job, and of each pair of jobs, by name."""
         claims = {f"channel: {name}": claim for name, claim in self.channel.holds().items()}
         for number, job in enumerate(self.jobs, 1):
             claims |= {
