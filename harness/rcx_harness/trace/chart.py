@@ -191,13 +191,13 @@ class _Signals:
         self.outputs = [(one.byte, one.bit, _lane(one, "output", who)) for one in table.output]
         self._codes = [one.signal for one in (*table.input, *table.output)]
         self.alarms: set[str] = set()
-        """The alarms that ended remote commands."""
+        """The numbers of the alarms that ended remote commands."""
         self.code = Lane(f"{who}Remote command code", "word", show=command_name)
         self.status = Lane(f"{who}Remote status", "word")
         self._si = self._so = b""
 
     def take(self, scan: Scan) -> None:
-        """Add the changes of the next scan."""
+        """Add the changes of the controller's signals in the next scan."""
         if scan.so != self._so:
             self._so = scan.so
             self.status.note(scan.t_us, word(scan.so, 0))

@@ -125,11 +125,11 @@ class Trace(samples.Trace[Record]):
         super().__init__(header, path, last=last, **more)
 
     def scans(self) -> list[Scan]:
-        """Return the PLC scans in memory."""
+        """Return the records of PLC scans that are in memory."""
         return self._of(Scan)
 
     def cycles(self) -> list[Cycle]:
-        """Return the controller cycles in memory."""
+        """Return the records of controller cycles that are in memory."""
         return self._of(Cycle)
 
 

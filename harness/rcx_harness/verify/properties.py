@@ -195,7 +195,7 @@ def _blamed(
     user's path of the file if `file` is a copy.
     """
     if isinstance(error, KeyboardInterrupt) and not _is_raised(error):
-        return error  # the user has pressed Ctrl-C
+        return error  # Ctrl-C of the user is not an error of the property
     name = f"{property_}: " if property_ else ""
     line = _line(error, file)
     if isinstance(error, InputError):
@@ -245,7 +245,7 @@ class _Asked:
         self.condition = that if isinstance(that, Condition) else None
 
     def now(self) -> bool:
-        """Return whether the condition holds now."""
+        """Return whether the condition holds after the last scan."""
         if isinstance(self._that, Condition):
             return self._that.holds()
         assert self._cell is not None

@@ -115,7 +115,7 @@ class Operator:
             run.let_pass(50_000)
 
     def act(self, run: _Doing) -> None:
-        """Execute all steps."""
+        """Execute all steps of the recovery in order."""
         until = iter(self._until)
         for step in self._recovery.steps:
             program = run.cell.program

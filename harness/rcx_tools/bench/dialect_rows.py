@@ -69,7 +69,7 @@ class RowCalls:
 
     @property
     def text(self) -> str:
-        """Return the result in one line."""
+        """Return the result of the comparison in one line of text."""
         name = f"{self.row.title} ({', '.join(self.row.tools)}): {self.row.meaning}"
         if not self.calls:
             return f"{name}: only the built-in engine computes it"

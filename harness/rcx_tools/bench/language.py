@@ -101,7 +101,7 @@ class Result:
 
     @property
     def accepted(self) -> list[Path]:
-        """Return the files without an error."""
+        """Return the files in which the front end finds no error."""
         return [file for file in self.files if file not in self.refusals.files]
 
     def percent(self, kind: Kind) -> float:

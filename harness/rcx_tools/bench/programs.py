@@ -67,7 +67,7 @@ class Measured(NamedTuple):
 
 
 def measure(options: Options) -> dict[str, Figure]:
-    """Measure both cells alternately."""
+    """Measure both cells alternately. Return their speeds and the ratio of their CPU times."""
     runs = _QUICK_RUNS if options.quick else _RUNS
     seconds = 1 if options.quick else _SECONDS
     with tempfile.TemporaryDirectory() as folder:

@@ -158,7 +158,7 @@ def _text(name: str) -> str:
 
 
 def measure(options: Options) -> dict[str, Figure]:
-    """Measure every row on every compiler."""
+    """Measure every figure with every available compiler."""
     rounds, scans = (3, 200) if options.quick else (15, 20_000)
     found: dict[str, Figure] = {}
     for engine in ENGINES:

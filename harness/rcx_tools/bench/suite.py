@@ -86,7 +86,7 @@ def _room(test: Tested) -> str:
 
 
 def read(file: Path) -> list[Tested]:
-    """Return the tests of a file that `pytest --junitxml` has written."""
+    """Return the tests in a report of `pytest --junitxml`."""
     tests = []
     for case in ET.parse(file).iter("testcase"):
         marks = {child.tag for child in case}

@@ -240,7 +240,7 @@ def _processes() -> Iterator[str]:
 
 
 def _body(program: Path) -> str:
-    """Return the statements of a program."""
+    """Return the statements of a program, without its declarations."""
     text = program.read_text(encoding="utf-8")
     body = text.rpartition("END_VAR\n")[2].partition("END_PROGRAM")[0].strip("\n")
     return "\n".join(line.removeprefix("  ") for line in body.splitlines())

@@ -80,7 +80,7 @@ def text(table: Table, of: str) -> str:
 
 
 def read(file: Path) -> dict[str, list[str]]:
-    """Return the table in a file."""
+    """Read the table of a version from its file."""
     return load_toml(file)
 
 

@@ -144,7 +144,7 @@ class Track:
     value: Callable[[Any], int] = field(repr=False)
 
     def take(self, record: Record) -> None:
-        """Record a change."""
+        """Record the value of the lane from a record of the run."""
         if self.source is not None and isinstance(record, self.source):
             self.lane.note(record.t_us, self.value(record))
 

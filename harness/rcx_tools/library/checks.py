@@ -18,9 +18,8 @@ Limits = tuple[int, ...]
 
 _ROBOT, _VALUE, _TEXT, _REAL = "16#8040", "16#8045", "16#8046", "16#8047"
 
-#: Limit up to which every multiple of 0.001 mm has its own REAL, and the product returns the
-#: multiple exactly. From 8192 mm on the steps of a REAL are so wide that a telegram may be wrong by
-#: 0.001 mm.
+#: Limit up to which every multiple of 0.001 mm is sent exactly. From 8192 mm on, the steps between
+#: two REALs are so large that the number in a telegram may be wrong by 0.001 mm.
 _EXACT = 8_191_999
 _PRINTABLE = (0x20, 0x7E)
 #: The largest REAL. All digits are written, because some PLCs compare a REAL with the exact number.

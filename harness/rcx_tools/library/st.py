@@ -17,12 +17,12 @@ _ERROR = re.compile(r"\bWORD#16#(80[0-9A-F]{2})\b")
 
 
 def word(value: int) -> str:
-    """Return a WORD literal."""
+    """Return a number as WORD literal of Structured Text."""
     return f"WORD#16#{value:04X}"
 
 
 def real(value: float) -> str:
-    """Return a REAL literal."""
+    """Return a number as REAL literal of Structured Text."""
     return repr(float(value))
 
 

@@ -52,7 +52,7 @@ class Member:
 
 @dataclass(frozen=True)
 class Enumeration:
-    """An enumerated type."""
+    """An enumerated type in spec/blocks.toml."""
 
     name: str
     does: str
@@ -155,7 +155,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Library:
-    """All blocks and types by name."""
+    """All blocks and types of the tables by name."""
 
     enumerations: Mapping[str, Enumeration]
     arrays: Mapping[str, Array]

@@ -213,7 +213,7 @@ def host_text(address: bytes) -> str:
 
 
 def _library() -> Any:
-    """Return the package cypcap."""
+    """Import and return the package cypcap. If it is not usable, raise InputError."""
     try:
         import cypcap
     except ModuleNotFoundError:

@@ -125,7 +125,7 @@ class _Judge:
         self._draw(sample)
 
     def tell(self, t_us: int, controller: int, text: str) -> None:
-        """Report one event as a line."""
+        """Report one event of a controller as a line of text, if it is in the chosen time."""
         if self._wanted(t_us):
             who = f"{controller}: " if controller > 1 else ""
             self._tell(f"{t_us / 1e6:12.6f} s  {who}{text}")

@@ -30,7 +30,7 @@ _COUNTS = {
 
 
 def summary(result: Judgement) -> Iterator[str]:
-    """Yield the lines of the summary at the end."""
+    """Yield the lines of the summary at the end of a judgement."""
     yield from _file_lines(result)
     robots = {one.number: one for one in result.network.robots.values()} if result.network else {}
     for number, follower in sorted(result.followers.items()):

@@ -201,12 +201,12 @@ class Asker:
 
     @property
     def words(self) -> tuple[int, ...]:
-        """Return the words m to m+30."""
+        """Return the words m to m+30 of the area from the controller."""
         return input_words(self._so)
 
     @property
     def status(self) -> int:
-        """Return the remote status."""
+        """Return the remote status in the area that was received last."""
         return self.words[0]
 
     def byte(self, at: int) -> int:
@@ -242,7 +242,7 @@ class Asker:
         self._write()
 
     def wait(self, us: int) -> None:
-        """Let time pass, and record all changes."""
+        """Wait for a time, and record all changes of the areas."""
         end_us = self.line.now_us + us
         while self.line.now_us < end_us:
             self.line.wait(min(self.line.step_us, end_us - self.line.now_us))

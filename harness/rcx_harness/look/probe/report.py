@@ -88,7 +88,7 @@ def _reason(rule: Rule, outcome: Outcome) -> str:
 
 
 def as_toml(outcome: Outcome, subject: Subject) -> str:
-    """Return the report as TOML, for programs."""
+    """Return the report of a probe as TOML, for programs."""
     head = {
         "format": "rcx-probe/1",
         **asdict(subject),
@@ -126,7 +126,7 @@ def _rounded(value: Any) -> Any:
 
 
 def as_markdown(outcome: Outcome, subject: Subject) -> str:
-    """Return the report as Markdown, for readers."""
+    """Return the report of a probe as Markdown, for readers."""
     every = verdicts(outcome)
     count = {kind: sum(one.verdict == kind for one in every) for kind in _KINDS}
     lines = [

@@ -253,7 +253,7 @@ class Variables:
         self._made: dict[str, Lane] = {}
 
     def take(self, t_us: int, values: Mapping[str, Any]) -> None:
-        """Record the values of a scan."""
+        """Record the values of all watched variables after a scan."""
         for part, value in self._changed.take(values):
             lane = self._made.get(part.path)
             if lane is None:

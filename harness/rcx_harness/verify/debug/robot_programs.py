@@ -232,7 +232,7 @@ def _points(robot: Controller, task: RobotTask) -> list[Item]:
 
 
 def _ports(robot: Controller, task: RobotTask) -> list[Item]:
-    """Return the ports that the program names."""
+    """Return the ports that a robot program names, with their values."""
     found = {place.name: place for node in _nodes(task.code.code) if node.kind == "port"
              for place in node.args}  # fmt: skip
     return [Text(name, str(robot.program.ports.read(found[name]))) for name in sorted(found)]

@@ -35,7 +35,7 @@ class Telegram(NamedTuple):
 
     @property
     def request_text(self) -> str:
-        """Return the request in plain language."""
+        """Return a description of the request in words."""
         return request_text(self.request)
 
     @property

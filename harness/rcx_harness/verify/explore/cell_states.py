@@ -41,7 +41,7 @@ class CellStates:
         self._places = {id(one): place for place, one in enumerate(self._fixed)}
 
     def freeze(self) -> bytes:
-        """Return the state of the cell."""
+        """Return the state of the cell as bytes."""
         return self._frozen(self._cell.snapshot())
 
     def key(self) -> bytes:

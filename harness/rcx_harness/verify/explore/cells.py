@@ -57,11 +57,11 @@ class CellChoice(NamedTuple):
     controller: int
     path: str
     text: str
-    """The value as written by the user."""
+    """The new value of the input, as the user wrote it."""
     value: Any
 
     def tell(self) -> str:
-        """Return the choice in words."""
+        """Return a description of the choice in words."""
         if self.event:
             return _EVENTS[self.event] + (f" ({self.controller})" if self.controller > 1 else "")
         return f"{self.path} := {self.text}" if self.path else "nothing"
@@ -282,7 +282,7 @@ def _refuse_clocks(cell: Cell) -> None:
 def _choices(
     inputs: Mapping[str, Sequence[tuple[str, Any]]], faults: Iterable[str], controllers: int
 ) -> Iterator[CellChoice]:
-    """Yield all choices; the first is that nothing happens."""
+    """Yield all choices. The first choice is that nothing happens."""
     number = 0
     yield CellChoice(number, "", 1, "", "", None)
     for path, values in inputs.items():

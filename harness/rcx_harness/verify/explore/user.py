@@ -45,7 +45,7 @@ __all__ = ["Choice", "Explored", "Settings", "explore", "refuse"]
 
 #: Number of bytes of the digest that identifies a state.
 _DIGEST = 16
-#: Bytes of the length field at the end of a state, after the controller and the monitors.
+#: Number of bytes in the length field at the end of a state.
 _LENGTH = 4
 #: The search begins in one process for this time [s], because worker processes would slow down a
 #: short search.
@@ -59,11 +59,11 @@ class Choice(NamedTuple):
     move: str
     path: str
     text: str
-    """The value as written by the user."""
+    """The new value of the input, as the user wrote it."""
     value: Any
 
     def tell(self) -> str:
-        """Return the choice in words."""
+        """Return a description of the choice in words."""
         parts = [MOVES[self.move]] if self.move else []
         parts += [f"{self.path} := {self.text}"] if self.path else []
         return ", ".join(parts) or "nothing"
@@ -332,7 +332,7 @@ def _packed(memory: tuple[Any, ...]) -> bytes:
     small, wire, *others = memory
     stream = BytesIO()
     pickler = pickle.Pickler(stream, protocol=5)
-    pickler.fast = True  # the bytes must not depend on the identity of objects
+    pickler.fast = True  # equal objects must give equal bytes, even if they are not the same object
     pickler.dump((tuple(small), tuple(wire), *others))
     packed = stream.getvalue()
     return packed + len(packed).to_bytes(_LENGTH, "little")

@@ -94,7 +94,7 @@ class CellBench:
         return replay(run, around, files, stimulus, about=about, lib=self.lib, chart=chart)
 
     def command(self, run: Counterexample, around: Surroundings, stimulus: Path) -> str:
-        """Return the command that replays a run."""
+        """Return the command line that replays a counterexample."""
         words = ["rcx run", *map(quoted, self.files)]
         words += [f"--lib {quoted(self.lib)}"] if self.lib else []
         words += [f"--replace {name}={quoted(file)}" for name, file in self.replace.items()]

@@ -93,7 +93,7 @@ class _Ending(Timeline):
     """
 
     def lanes(self) -> list[Lane]:
-        """Return the lanes, with variables first."""
+        """Return the lanes of the chart. Variables come first."""
         variables = self._variables.lanes()
         names = {lane.name for lane in variables}
         return [*variables, *(lane for lane in super().lanes() if lane.name not in names)]

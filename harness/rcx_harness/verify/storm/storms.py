@@ -68,7 +68,7 @@ class StormRun(ABC):
         """All planned actions. They stay in memory, because `_dropped` contains their ids."""
 
     def begin(self) -> None:
-        """Start the cell."""
+        """Start the cell, as a recovery does."""
         self.come_to_rest()
         self.recover()
 
@@ -93,7 +93,7 @@ class StormRun(ABC):
             self.weathered()
 
     def weather(self, storm: Storm) -> None:
-        """Run a storm to its end."""
+        """Execute all actions of a storm, and wait until the last of them has ended."""
         begin_us = self.cell.now_us
         for act in storm.acts:
             self.plan(replace(act, t_us=begin_us + act.t_us))

@@ -235,7 +235,7 @@ def _fails(course: Course, inject: Inject) -> Failure | None:
 
 
 def told(moments: Sequence[tuple[int, int]], scan_us: int) -> str:
-    """Return ranges of scans as text."""
+    """Return ranges of scans as text, with the time of the first scan."""
     return (
         ", ".join(f"{first}" if first == last else f"{first} to {last}" for first, last in moments)
         + f" (the first at {format_us(moments[0][0] * scan_us)})"

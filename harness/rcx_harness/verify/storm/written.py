@@ -52,7 +52,7 @@ def forget(folder: Path) -> None:
 
 
 def command(replayed: Replay, words: Iterable[str], file: Path) -> str:
-    """Return the command that replays a run."""
+    """Return the command line that replays a failing run."""
     duration = f"{replayed.duration_us // 1000}ms"
     seed = ["--seed", str(replayed.seed)] if replayed.seed else []
     return " ".join(["rcx run", *words, *seed, "--stimulus", file.as_posix(), "--for", duration])

@@ -208,7 +208,7 @@ def _snippet(
 
 
 def program(snippet: Snippet) -> str:
-    """Return the program as ST text."""
+    """Return the program of an example as ST text."""
     name = snippet.pou.name.removeprefix("FB_")
     steps = snippet.steps
     head = [

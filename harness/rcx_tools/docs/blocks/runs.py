@@ -60,7 +60,7 @@ class Run:
 
     @property
     def timeline(self) -> Timeline:
-        """Return the chart of the run."""
+        """Return the lanes of the run as data for a chart."""
         return _Lanes(self.lanes)
 
 

@@ -175,7 +175,7 @@ def pous() -> dict[str, Pou]:
 
 @cache
 def kinds() -> dict[str, Kind]:
-    """Return the types by name."""
+    """Return all types of the library by name."""
     return {file.stem: kind_of(file) for file in sorted((ROOT / "plc/lib").rglob("RCX_*.st"))}
 
 

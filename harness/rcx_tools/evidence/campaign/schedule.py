@@ -22,7 +22,7 @@ __all__ = ["draw_run"]
 
 
 def _draw_conditions(seed: int) -> Conditions:
-    """Draw the conditions of a run."""
+    """Draw random conditions for a run: times, areas and properties of the controller."""
     random = Random(f"campaign {seed}")
     scan_ms = random.choice((2, 5, 10, 10, 10, 20, 20, 50))
     intervals = tuple(random.randint(2, 30) * 1000 for _ in range(3))

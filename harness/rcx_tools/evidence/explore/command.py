@@ -105,7 +105,7 @@ class Known:
         return self._results.get(self._key(item))
 
     def keep(self, item: Item, outcome: Outcome) -> None:
-        """Save an outcome if it is good."""
+        """Save the outcome of an item if it is good."""
         if item.is_good(outcome):
             self._results.add({"key": self._key(item), **outcome})
 

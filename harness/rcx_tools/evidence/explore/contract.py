@@ -15,7 +15,7 @@ _CPU_OK = 0x0002
 
 
 class Pins(NamedTuple):
-    """The outputs of a block."""
+    """The outputs of a block after a scan."""
 
     done: bool
     """The output Done; for a block with Enable, Valid."""

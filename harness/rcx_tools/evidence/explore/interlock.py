@@ -129,7 +129,7 @@ _Changes = tuple[tuple[int, str], ...]
 
 
 class _Choice(NamedTuple):
-    """The changes before a scan."""
+    """The changes of the robots' inputs before a scan."""
 
     number: int
     changes: _Changes
@@ -175,7 +175,7 @@ class _World(World[_Choice]):
         self._waits = [_Wait(k, self.start) for k in robots if not model.limit_ms(k)]
 
     def first(self) -> bytes:
-        """Return the state before the first call."""
+        """Return the state before the first call of any instance."""
         return self._pack(_State(self.start, self._freeze()))
 
     def choices(self, state: bytes) -> Sequence[_Choice]:
@@ -185,7 +185,7 @@ class _World(World[_Choice]):
         return self.every
 
     def step(self, state: bytes, choice: _Choice) -> tuple[bytes, list[str]]:
-        """Run one scan from a state."""
+        """Run one scan from a state, and return the next state and the broken rules."""
         here = self._states[state]
         return self._scan(here, choice, here.inner)
 

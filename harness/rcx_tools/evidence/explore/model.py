@@ -162,7 +162,7 @@ class Model:
     switches: Mapping[str, tuple[bool, ...]] | None = None
 
     def program(self) -> str:
-        """Return the ST program."""
+        """Return the ST program of the model."""
         held = "".join(f"    {one.name} : {one.type};\n" for one in self.blocks)
         names = [f"Go{one.name}" for one in self.blocks] + [
             f"Call{one.name}" for one in self.blocks
@@ -257,7 +257,7 @@ class Model:
         return {name.upper() for name in self.switches or ()}
 
     def write(self, folder: Path) -> Path:
-        """Write the program into a folder."""
+        """Write the program of the model into a folder."""
         path = folder / f"{self.name}.st"
         path.write_text(self.program(), encoding="utf-8")
         return path

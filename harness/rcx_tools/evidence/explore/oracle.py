@@ -135,7 +135,7 @@ class Oracle:
         self._dedicated, self._holds = cache(self._judge_dedicated), cache(self._judge_holds)
 
     def initial(self) -> bytes:
-        """Return the memory before the first scan."""
+        """Return the memory of the oracle before the first scan."""
         return bytes(_HEAD + 2 * len(self.blocks))
 
     def wire(self, memory: bytes) -> Wire:

@@ -39,7 +39,7 @@ class Replay:
         self.monitor: list[str] = []
 
     def chart(self, title: str) -> str:
-        """Return the timing chart as SVG."""
+        """Return the timing chart of the replay as SVG."""
         return svg_chart(self.timeline, title)
 
 

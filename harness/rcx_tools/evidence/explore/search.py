@@ -1,4 +1,4 @@
-"""Search of every reachable state of a model of the library's blocks."""
+"""Search through all reachable states of a model with blocks of the library."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class Explorer(World[Choice]):
         return search.run(self._model.name, limit)
 
     def first(self) -> bytes:
-        """Return the initial state."""
+        """Return the initial state of the model."""
         return self._packed.pack(*self._stages.first) + self._oracle.initial()
 
     def choices(self, state: bytes) -> Sequence[Choice]:

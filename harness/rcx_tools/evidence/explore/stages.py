@@ -126,7 +126,7 @@ class Stages:
         return tuple([self._entered(k, one, ticks) for k, one in enumerate(state)])
 
     def notes(self, entry: Sequence[int]) -> list[Any]:
-        """Return the note of each instance."""
+        """Return the note of each instance in a state."""
         return [held.notes[one] for held, one in zip(self._held[1:], entry[1:], strict=True)]
 
     def scan(self, entry: Sequence[int], choice: Choice) -> End:

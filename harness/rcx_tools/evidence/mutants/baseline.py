@@ -50,7 +50,7 @@ class Baseline:
         return node in self.seconds and self.states.get(node.partition("::")[0]) == state
 
     def write(self, file: Path, library: str) -> None:
-        """Save the run."""
+        """Save the data of the test run."""
         names = sorted(frozenset().union(*self.ran.values()))
         places = {name: place for place, name in enumerate(names)}
         content = {

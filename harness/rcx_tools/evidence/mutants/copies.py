@@ -59,7 +59,7 @@ class Traced(PerTest):
         return codes
 
     def begin(self) -> None:
-        """Start tracing calls."""
+        """Start to record the functions that are called."""
         sys.settrace(self._call)
 
     def end(self) -> None:
@@ -128,7 +128,7 @@ class Copies:
         import hypothesis  # noqa: F401  # once for all children
 
     def close(self) -> None:
-        """Remove all copies."""
+        """Remove all copies of the repository."""
         shutil.rmtree(self._base, ignore_errors=True)
 
     def discard(self, pid: int) -> None:

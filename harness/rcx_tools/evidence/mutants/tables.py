@@ -40,7 +40,7 @@ _CASE = re.compile(r"\w+ = (\"[^\"]*\")")
 
 
 def table_changes(text: str) -> list[Change]:
-    """Return all changes of a table."""
+    """Return all possible changes of a table in spec/."""
     return [Change(operator, entry_at(text, edits[0].span.start), edits)
             for operator, edits in _changes(text)]  # fmt: skip
 

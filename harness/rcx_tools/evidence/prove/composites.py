@@ -104,7 +104,7 @@ def _table(library: Library, state: _State) -> Iterator[Any]:
 
 
 def _row(state: _State, block: str) -> Any:
-    """Return the claim that the running row needs this block."""
+    """Return the claim that this inner block executes the running row."""
     get = state.get
     kind = ("PRESENT", "KIND")
     if block == "PORT":

@@ -238,7 +238,7 @@ def _milliseconds(library: Library) -> Iterator[Goal]:
     )
 
 
-# --- REAL: Size is the pattern without the sign; an exponent that is 1 higher adds _STEP to it ---
+# --- REAL: Size is the bit pattern without sign; _STEP is the lowest bit of its exponent ---
 
 _STEP, _INFINITE, _SIGN = 0x80_0000, 0x7F80_0000, 1 << 31
 #: Bit patterns of the REALs 2^23 and 2^24. The mantissa of a REAL between these limits is equal to

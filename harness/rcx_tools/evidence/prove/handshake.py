@@ -37,7 +37,7 @@ _ENDS = {NORMAL_END: 0x0200, ABNORMAL_END: 0x8020}
 #: lost.
 _ANSWERS = (*_ENDS.values(), 0x0000, 0x8001, 0x8002, 0x8014)
 #: Codes for the current position in pulses and in mm, and the bit of n + 2 that requests continuous
-#: output (guide 4.7.4). Continuous output has no end status; the status reset ends it.
+#: output (guide 4.7.4). Continuous output has no end status. The status reset ends it.
 _POSITIONS, _CONTINUOUS = (0x0505, 0x0506), 0x0001
 _HEAD: Path = (*BLOCK, "MAKEHEAD")
 #: Path of the variable in FB_WriteArea with a copy of the data on the wire (see property `bytes`).

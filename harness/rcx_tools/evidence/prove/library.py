@@ -170,7 +170,7 @@ class Library:
         return self.project.pous[name]
 
     def machine(self, *, summaries: bool = True) -> Machine:
-        """Return a machine at any time of operation, so that `now` is a variable of the solver."""
+        """Return a machine at an arbitrary time of operation. `now` is a variable of the solver."""
         return self._timed(Machine(self.project, SUMMARIES if summaries else None))
 
     def outline(self, name: str) -> Machine:

@@ -150,7 +150,7 @@ class Expected:
     reading: Pins
 
     def code(self) -> Any:
-        """Return word n."""
+        """Return word n of the expected telegram: code and robot number."""
         code = z3.BitVecVal(0, 16)
         chosen = self.reading.select[0]
         for member, number in self.reading.codes.items():
@@ -161,7 +161,7 @@ class Expected:
         return code
 
     def data(self) -> list[Any]:
-        """Return words n+2 to n+30."""
+        """Return the words n+2 to n+30 of the expected telegram."""
         words: list[Any] = [z3.BitVecVal(0, 16) for _ in WORDS]
         for part in self.reading.fixed:
             _write(words, part, z3.BitVecVal(1, part.width), z3.BoolVal(True))

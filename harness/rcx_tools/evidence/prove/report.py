@@ -82,7 +82,7 @@ def is_good(report: Mapping[str, Any]) -> bool:
 
 
 def show(report: Mapping[str, Any], console: Console) -> None:
-    """Print the report for people."""
+    """Print the report of the proofs for people."""
     table = Table("property", "", "goals", "solver [s]", "slowest goal", box=None)
     for item in report["properties"]:
         seconds = [str(item[key]) for key in ("goals", "seconds")]

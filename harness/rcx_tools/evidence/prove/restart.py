@@ -53,7 +53,7 @@ _SENDERS: dict[str, Path] = {
     "FB_OVERRIDE": (*BLOCK, "COMMAND"),
     "FB_TOOLPOSITION": (*BLOCK, "READING"),
 }
-#: Blocks that contain other blocks. FB_PowerUp waits for link and CPU_OK itself, before its first
+#: Blocks that contain other blocks. FB_PowerUp itself waits for link and CPU_OK before its first
 #: request.
 _COMPOSITES = ("FB_POWERUP", "FB_SERVOONFROMEMERGENCYSTOP")
 #: Blocks that send one command after the other by FB_RcxPointRow.

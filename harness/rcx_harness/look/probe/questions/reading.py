@@ -1,4 +1,4 @@
-"""Reading only: references, with all dedicated inputs OFF."""
+"""Questions that only read: they send references, with all dedicated inputs OFF."""
 
 from __future__ import annotations
 

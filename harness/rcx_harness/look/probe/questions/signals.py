@@ -1,4 +1,4 @@
-"""Dedicated inputs, with the servos off."""
+"""Questions about dedicated inputs. The servos stay off."""
 
 from __future__ import annotations
 

@@ -246,7 +246,7 @@ class _Scan:
         return self.machine.term(path)
 
     def goal(self, name: str, assumed: tuple[Any, ...], claim: Any) -> Goal:
-        """Return a goal about the scan."""
+        """Return a goal with a name and a claim about this scan."""
         show = {
             "stage before": self.was,
             "stage after": self.now,

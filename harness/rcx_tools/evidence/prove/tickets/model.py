@@ -235,7 +235,7 @@ class Clockless(Machine):
     def call_block(
         self, instance: Path, block: str, in_outs: Mapping[str, Path | Alternatives]
     ) -> None:
-        """Call a block like `Machine.call_block`."""
+        """Call a block like `Machine.call_block`, but skip FB_RcxScanTime."""
         if block.upper() == "FB_RCXSCANTIME":
             kind = self.project.pous["FB_RCXSCANTIME"].block
             assert kind is not None

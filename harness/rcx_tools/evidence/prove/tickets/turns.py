@@ -42,7 +42,7 @@ class Step:
         return self.machine.term(path)
 
     def goal(self, name: str, claim: Any) -> Goal:
-        """Return a goal about the call."""
+        """Return a goal with a name and a claim about this call."""
         return Goal(name, self.assumed, claim, shown(self))
 
 
