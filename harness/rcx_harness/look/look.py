@@ -138,7 +138,7 @@ def scan(options: ScanOptions, tell: Callable[[str], None]) -> bool:
         seen = _Seen(options, image if scanner.connection.is_owner else b"")
         try:
             held = _watch(scanner, first.image, options.duration_us, tell, seen)
-        except KeyboardInterrupt:  # the changes until Ctrl-C are shown
+        except KeyboardInterrupt:  # after Ctrl-C the changes so far are shown
             held = True
         finally:
             seen.close()

@@ -16,7 +16,7 @@ from structured_text.errors import InputError
 
 __all__ = ["Seen", "view_file"]
 
-#: Entries in the header of a trace. They announce records that `judge` would drop.
+#: Entries in the header of a trace with records of positions and programs, which `judge` drops.
 _OWN = {"positions", "programs"}
 
 

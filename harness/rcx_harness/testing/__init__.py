@@ -46,7 +46,7 @@ LISTS = {
     "replace": "ST files for POUs of a project, POU=file.st, one per line",
 }
 
-#: The other keys of the ini file.
+#: Keys of the ini file that have one value, with their help texts.
 VALUES = {
     "lib": "folder of the library; default: that of rcx-harness",
     "size": "bytes of the areas, 48 or 256; default: the robot's",

@@ -47,7 +47,7 @@ MOST_INSTANTS = 400
 _LABEL = (26, 50)
 #: If a watched variable has more changes than this, its changes get no columns of their own.
 _OFTEN = 50
-#: If there are more watched variables, variables that never change are left out.
+#: If more variables than this number are watched, variables that never change are left out.
 _MOST_STILL = 16
 #: A column becomes wider for a text up to this length [characters].
 LONGEST_TEXT = 24

@@ -32,11 +32,11 @@ _REQUESTS: dict[str, tuple[str, tuple[str, ...]]] = {
 #: public_alarms.toml.
 _ALARMS = {
     "0.20": "SO(10)",  # illegal mode
-    "6.300": "SO(02)",  # motor power off
+    "6.300": "SO(02)",  # alarm: the motor power is off
     "6.301": "SO(02)",  # servo off
     "6.302": "SO(11)",  # origin incomplete
-    "12.400": "SI(06)",  # standard in stop on
-    "12.600": "SI(00)",  # emergency stop on
+    "12.400": "SI(06)",  # alarm: the stop input is active
+    "12.600": "SI(00)",  # alarm: the emergency stop is active
 }
 
 

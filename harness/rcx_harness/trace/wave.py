@@ -161,7 +161,7 @@ class Wave:
         self, path: str | Path, controllers: int = 1, trace: samples.Trace[Any] | None = None
     ) -> None:
         self._file = OutputFile(path, "ascii")
-        # No date and no version: the same run gives the same bytes.
+        # The file contains no date and no version, so that the same run gives the same bytes.
         self._writer = VCDWriter(
             cast(TextIO, self._file), timescale="1 us", date="", version="rcx", comment=""
         )

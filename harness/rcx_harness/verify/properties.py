@@ -220,7 +220,7 @@ def _words(error: BaseException) -> str:
     """Return type and text of an exception from the user's code in one printable line."""
     try:
         text = " ".join(str(error).split())
-    except Exception:  # the exception's own __str__ failed
+    except Exception:  # the method __str__ of the user's exception failed
         text = "no text"
     shown = "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in text)
     kind = type(error).__name__

@@ -18,7 +18,7 @@ from rcx_harness.spec.wire import ABNORMAL_END, CYCLE_US, DEDICATED_AT, ENDS, RE
 
 __all__ = ["DELAYS", "INPUTS", "Drawn", "Guide", "asked"]
 
-#: The change that ends each delay: channels and the values that they reach.
+#: Maps a delay to the changes that end it: channels, and the values that the channels reach.
 _ANSWERS: dict[str, tuple[tuple[str, tuple[int, ...]], ...]] = {
     "boot_time": (("SO01", (1,)),),
     "link_error_delay": (("SO03", (1,)),),
@@ -37,7 +37,8 @@ _ANSWERS: dict[str, tuple[tuple[str, tuple[int, ...]], ...]] = {
     "status_reset_delay": ((STATUS, (READY,)),),
 }
 DELAYS = tuple(_ANSWERS)
-#: The input that starts each delay, with its level. A repeated request restarts the delay.
+#: Maps a delay to the inputs that start it, each with its level. A repeated request restarts the
+#: delay.
 _ASKED = {
     "emergency_stop_delay": (("SI00", 0),),
     "emergency_release_delay": (("SI00", 1),),

@@ -161,7 +161,7 @@ class _Search:
     def _changed(config: RobotConfig, key: str, value: Any) -> RobotConfig | None:
         try:
             return replace(config, **{key: value})
-        except InputError:  # the key cannot have this value
+        except InputError:  # the configuration refuses this value of the key
             return None
 
     def _seen(self, here: Replayed) -> Seen:

@@ -28,12 +28,12 @@ _HEAD = struct.Struct(">BxHxxHxB2x4s4s")
 _UDP_HEAD = struct.Struct(">HHHxx")
 _TCP_HEAD = struct.Struct(">HHIxxxxBB")
 _FRAGMENT = 0x3FFF  # IP header: these bits are set in each fragment of a packet
-#: By link type: the offset of the protocol number, and the offset of the packet behind it.
+#: Maps a link type to the offset of the protocol number, and to the offset of the packet behind it.
 _ETHERNET, _COOKED, _COOKED_2 = 1, 113, 276
 _PLACES = {_ETHERNET: (12, 14), _COOKED: (14, 16), _COOKED_2: (0, 20)}
 _NULL, _LOOP = 0, 108
 _FAMILY_IP = 2
-_BARE = (12, 14, 101, 228)  # raw IP, which systems number differently, and IPv4
+_BARE = (12, 14, 101, 228)  # raw IP (systems use different numbers) and IPv4
 _KNOWN = {*_PLACES, _NULL, _LOOP, *_BARE}
 _PERHAPS = "save it with Wireshark from Ethernet, Linux cooked, loopback or raw IP"
 #: Packets of several interfaces may be out of order by at most this time [us]. If the clock goes

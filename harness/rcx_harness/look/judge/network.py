@@ -36,7 +36,7 @@ from structured_text.output.units import format_us
 
 __all__ = ["Connection", "Network", "Note", "Robot", "Sample", "Stranger"]
 
-_CYCLIC = b"\x02\x00\x02\x80\x08\x00"  # first bytes of each class 1 packet
+_CYCLIC = b"\x02\x00\x02\x80\x08\x00"  # item headers at the beginning of each class 1 packet
 _MULTICAST = range(224, 240)
 _MOST_PENDING, _MOST_STRANGERS, _MOST_CONNECTIONS, _MOST_LINES = 256, 256, 1_000, 4_000
 _OPEN = (ConnectionService.FORWARD_OPEN, ConnectionService.LARGE_FORWARD_OPEN)
@@ -314,7 +314,7 @@ class Network:
         if shared is not None and any(
             one.to_master is shared.way and not one.end for one in robot.connections
         ):
-            connection.to_master = shared.way  # multicast connections share one production
+            connection.to_master = shared.way  # multicast: the packets of one producer
         yield from self._begin(packet, robot, connection)
         for old in [key for key, (one, _) in self._open.items() if one is robot]:
             if self._open[old][1].end:

@@ -17,7 +17,7 @@ from structured_text.output.toml_files import load_toml, toml_value
 
 __all__ = ["KINDS", "Key", "Stored", "as_csv", "as_toml", "from_toml", "shown", "without_foreign"]
 
-#: The tables in the order of reading and writing; pallets follow the points that they need.
+#: The tables in the order of reading and writing. Pallets come after the points that they use.
 KINDS = ("points", "comments", "shifts", "hands", "pallets")
 _COLUMNS = ("number", "unit", *(f"axis{k}" for k in range(1, 7)), "hand", "arm1", "arm2", "comment")
 

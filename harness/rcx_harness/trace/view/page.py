@@ -45,7 +45,7 @@ _MOST_CONTROLLERS = 64
 _SIZES = (0, *AREA_SIZES)
 #: Entries in the header of a trace that the page shows unchanged.
 _TOLD = ("engine", "link", "seed", "by", "of")
-#: Positions are stored in thousandths.
+#: Factor for positions, which are stored in thousandths.
 _FINE = 1000
 _MS = 1_000
 _MODULE = re.compile(r"^import .*\n|^export ", re.MULTILINE)

@@ -104,7 +104,8 @@ class CellStates:
 def _of_plc(plc: Any) -> Any:
     """Return the memory of the monitors, and whether the PLC runs."""
     (contract, (_, faults)), runs, powered, _ = plc
-    # The last called block per robot has an effect only if there are several robots.
+    # The monitor stores the last called block of each robot. This block has an effect only if there
+    # are several robots.
     return relative((contract, faults), 0), runs, powered
 
 

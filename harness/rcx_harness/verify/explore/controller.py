@@ -82,8 +82,8 @@ class Small(NamedTuple):
         if not self.link:
             return self
         # Levels act at once: SI(00) OFF is an emergency stop, SI(06) OFF stops the
-        # program, and SI(10) sets the sequence output. Edges are only remembered in
-        # `asked`; `moves` lets the controller answer them in a later scan. An emergency stop
+        # program, and SI(10) sets the sequence output. Edges are stored in `asked`. The controller
+        # may answer them in a later scan (see `moves`). An emergency stop
         # deletes the edges that the controller then ignores.
         so, asked = self.so, self.asked | (wire.bits & ~self.bits & _EDGES)
         if wire.bits & _SI00:

@@ -38,8 +38,8 @@ class Monitors:
         held[_COUNTS] = 0
         if held[_TIME] is not None:
             ago = now_us - held[_TIME]
-            # An age of INTERVAL_US or more at the next scan has no effect, so it is
-            # dropped.
+            # An age of INTERVAL_US or more at the next scan has no effect, so such an age is not
+            # stored.
             over = ago + self._scan_us >= INTERVAL_US
             held[_TIME], held[_ABOUT] = (None, "") if over else (ago, held[_ABOUT])
         same = tuple(value for value in held.values() if not isinstance(value, dict))

@@ -37,7 +37,7 @@ _DROPPED: dict[type, frozenset[str]] = {
 }
 #: Names of attributes with an absolute time that has no effect on later scans.
 _NO_EFFECT = frozenset({"now_us", "t_us", "executed"})
-#: Names of attributes with a due time; all times in the past have the same effect.
+#: Names of attributes with a due time. All due times in the past have the same effect.
 _DUE = frozenset({"_due_us", "wake_us"})
 #: Names of attributes with a duration.
 _DURATIONS = frozenset({"duration_us", "_interval_us", "_time_us", "servo_on_us", "operating_us"})
@@ -93,9 +93,9 @@ class _Walk:
     def _attribute(self, name: str, one: Any) -> Any:
         if not name.endswith("_us") or name in _DURATIONS or one is None:
             return self.of(one)
-        # A name that is not in the tables counts as an absolute time without a limit. At worst,
-        # states that behave alike then have different keys; different states never have the same
-        # key.
+        # A name that is not in the tables counts as an absolute time without a limit. In the worst
+        # case, states that behave alike then have different keys. States that behave differently
+        # never have the same key.
         since_us = one - self._now_us
         return max(0, since_us) if name in _DUE else since_us
 

@@ -118,7 +118,8 @@ class _Stable:
         """Evaluate a scan, and return whether the data have changed while they must be stable."""
         del now_us
         told = [self._judged(), *self._statements.broken()]
-        # A repeated statement is reported once; otherwise a loop would report it in each scan.
+        # A repeated statement is reported once. Otherwise a loop would report the statement in each
+        # scan.
         new = [one for one in told if one and one not in self._reported]
         self._reported |= {one for one in new if one != told[0]}
         self._said = "; ".join(new)

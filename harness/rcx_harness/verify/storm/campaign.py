@@ -23,7 +23,7 @@ __all__ = ["Explained", "Seed", "Storms", "Unexplained", "classes", "storms"]
 _TRIES, _OTHERS = 150, 12
 #: Greatest number of additional runs that remove unnecessary actions of recoveries.
 _MORE_TRIES = 80
-#: Greatest number of classes of one kind.
+#: Greatest number of classes for failures of one kind.
 _MOST_OF_A_KIND = 5
 
 

@@ -23,7 +23,7 @@ from structured_text.projects.sources import is_ax, named_files, st_files
 
 __all__ = ["Cells", "CellsOf"]
 
-#: The options of a cell that are files.
+#: The options of `Cell.build` whose values are files.
 _FILES = ("lib", "replace", "robot")
 
 

@@ -183,7 +183,7 @@ class _Drawn:
         if together == 1 or not apart_us:
             yield Entry(t_us, values=dict.fromkeys(chosen, to), held_us=held_us)
             return
-        for number, name in enumerate(chosen):  # one press follows the other
+        for number, name in enumerate(chosen):  # pressed one after the other, not together
             yield Entry(t_us + number * apart_us, values={name: to}, held_us=held_us)
 
     def _way_back(self) -> Iterator[Entry]:

@@ -11,9 +11,9 @@ from rcx_harness.verify.storm.storms import Failure, Storm
 
 __all__ = ["shrink", "thin_out"]
 
-#: Greatest number of runs that are tried.
+#: Greatest number of runs to shorten one failure.
 MOST_TRIES = 250
-#: Times are rounded to multiples of these times [us]. The coarsest is tried first.
+#: Times are rounded to multiples of these times [us]. The greatest of them is tried first.
 _ROUND_US = (1_000_000, 500_000, 100_000, 10_000, 1_000)
 
 _Item = TypeVar("_Item")

@@ -154,12 +154,12 @@ class Copies:
             exhaustive: Tests that run after all others.
             regenerate: Whether to regenerate the generated files of plc/lib.
         """
-        # Quick tests run before exhaustive ones, and a few files before the rest. If a test of
-        # these files fails, the others are not even collected. Each child process has its own copy:
+        # Quick tests run before exhaustive ones, and a few files before the rest. If a test in
+        # these files fails, all other files are not collected. Each child process has its own copy:
         # files are hard links, and only changed files are written.
         quick = [node for node in nodes if node not in exhaustive]
         own = self._base / str(os.getpid())
-        with suppress(OSError, ValueError):  # some systems have no such limit
+        with suppress(OSError, ValueError):  # some systems have no memory limit
             resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
         shutil.copytree(self.original, own, copy_function=_linked, symlinks=True)
         for path, text in changed.items():

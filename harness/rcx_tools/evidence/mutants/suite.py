@@ -41,7 +41,7 @@ _OTHERS = (
     *("[enip", "-enip", "over_ethernet_ip", "matiec", "strucpp"),
     *("test_fault_runner", "test_files.py"),
 )
-#: Number of fault runs for each block, because they are long.
+#: Number of fault runs for each block. It is small, because fault runs are long.
 _FAULT_RUNS = 3
 
 

@@ -81,7 +81,7 @@ class Call:
             return self.machine.term((*BLOCK, *path), memory)
 
         busy = term("JOB", "BUSY")
-        if self.block == "FB_CONTINUOUSPOSITION":  # this block only starts legal commands
+        if self.block == "FB_CONTINUOUSPOSITION":  # all its commands are legal
             data = tuple(z3.BitVecVal(int(k == 0), 16) for k in WORDS)
             return Held(busy, z3.BitVecVal(0, 16), term("CODE"), data)
         data = tuple(term("DATA", k) for k in WORDS)

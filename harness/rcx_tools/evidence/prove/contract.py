@@ -92,8 +92,7 @@ def _edge(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
     return {
         "at most one of Busy, Done, Error": exclusive(now, ("BUSY", "DONE", "ERROR")),
         "Error exactly with ErrorID": now["ERROR"] == (now["ERRORID"] != 0),
-        # The property `response` proves that FB_PickPlace is Active exactly while one of its
-        # commands is.
+        # For FB_PickPlace, property `response` proves the same rule about Active.
         "Active only with Busy": z3.Implies(
             z3.And(now.bit("ACTIVE"), block != COLLECTS), now["BUSY"]
         ),

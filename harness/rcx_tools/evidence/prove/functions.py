@@ -114,8 +114,8 @@ class _Cut(Machine):
         variables = self._variables(node.body)
         # 1. The invariant holds before the first round. 2. All assigned variables become arbitrary,
         # restricted by the invariant. 3. One round from there must restore the invariant for n + 1.
-        # 4. After the loop the invariant and the negated condition are assumed. Only the goals of 1
-        # and 3 justify that assumption.
+        # 4. After the loop the invariant and the negated condition are assumed. The goals of 1 and
+        # 3 justify the assumption of the invariant.
         first = self._values(variables)
         n = z3.ZeroExt(TIME_BITS - 10, z3.BitVec(self.fresh("rounds"), 10))
         zero = z3.BitVecVal(0, TIME_BITS)

@@ -199,7 +199,7 @@ def _taken(library: Library, name: str) -> Iterator[Goal]:
     machine = step.machine
     job = (*BLOCK, "JOB")
     busy, answer = step.was((*BLOCK, "BUSY")), step.was((*INNER, "ANSWER"))
-    agree = shows(machine, step.before, BLOCK, job)  # proved by property `restart`
+    agree = shows(machine, step.before, BLOCK, job)  # this fact is proved by property `restart`
     known = z3.Or(*[answer == told for told in _ANSWERS])
     assumed = (*machine.assumptions, *agree, known)
     done, error = step.now((*BLOCK, "DONE")), step.now((*BLOCK, "ERROR"))
@@ -256,7 +256,7 @@ def _row(library: Library, name: str) -> Iterator[Goal]:
     busy, answer = step.was((*BLOCK, "BUSY")), step.was((*INNER, "ANSWER"))
     assumed = (
         *machine.assumptions,
-        agrees(library, machine, step.before, name),  # proved by property `restart`
+        agrees(library, machine, step.before, name),  # this fact is proved by property `restart`
         answers(machine),
         z3.Or(*[answer == told for told in _ANSWERS]),
     )
@@ -301,13 +301,13 @@ def _collected(library: Library, name: str) -> Iterator[Goal]:
     step = library.step(name, library.outline(name))
     machine = step.machine
     parts = [path for path, _ in inside(library, name)]
-    alarm = [  # property `contract` of each inner block
+    alarm = [  # this fact is proved by property `contract` for each inner block
         claim
         for memory in (step.before, machine.snapshot())
         for path in parts
         for claim in alarms(View(machine, memory, path)).values()
     ]
-    holds = agrees(library, machine, step.before, name)  # proved by property `restart`
+    holds = agrees(library, machine, step.before, name)  # this fact is proved by property `restart`
     assumed = (*machine.assumptions, *known(machine), answers(machine), holds, *alarm)
     number = step.now((*BLOCK, "ERRORID"))
     failed = z3.And(step.was((*BLOCK, "BUSY")), number == _ENDS[ABNORMAL_END])

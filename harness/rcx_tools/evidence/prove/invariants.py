@@ -246,7 +246,8 @@ def inductive(
     kept = list(before)
     # Houdini: each counterexample to the induction step refutes at least one remaining guess. All
     # refuted guesses are dropped, and the rest is tried again. Every round drops at least one
-    # guess, so the loop ends. The literals `holds` switch assumptions off without a new solver.
+    # guess, so the loop ends. The literals `holds` switch guesses off, so that no new solver is
+    # necessary.
     while kept:
         solver.push()
         solver.add(z3.Not(z3.And([after[name] for name in kept])))
