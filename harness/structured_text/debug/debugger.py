@@ -361,8 +361,8 @@ class Debugger:
     def _fault(self, scan: int, error: InputError) -> Stop | None:
         """Stop at the statement that ends the program with an error.
 
-        The scan is repeated to find the number of this statement, and once more to stop there. If
-        the error has no such statement, the stop is between two scans.
+        The scan is repeated to find the number of this statement, and once more to stop there.
+        If the error has no such statement, the stop is between two scans.
         """
         self._target = None
         step = self.player.tracer.step

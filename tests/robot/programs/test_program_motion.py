@@ -426,7 +426,8 @@ def test_the_heights_of_an_arch_are_in_millimetres_if_they_have_a_decimal_point(
 
     The position is read every 5 ms, so the highest position that is read may be slightly lower.
 
-    Rule: robot-language. Source: manual, remote command guide 4.2.1 (arch option)
+    Rule: robot-language.
+    Source: manual, remote command guide 4.2.1 (arch option)
     """
     highest = []
     for height in ("20.0{1.0,1.0}", "20000{1000,1000}"):

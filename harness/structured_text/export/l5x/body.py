@@ -68,8 +68,8 @@ class _Writer:
     A function sets its variables at the beginning of its logic, because a Logix tag keeps its value
     between calls. A block sets them in its Prescan routine. A structure, array or STRING is passed
     by reference. For each such pin of an instance, the caller has a tag of its own (`companion`).
-    RETURN is not written: the code behind an `IF … THEN RETURN` moves into an IF with the opposite
-    condition.
+    RETURN is not
+    written: the code behind an `IF … THEN RETURN` moves into an IF with the opposite condition.
     """
 
     def __init__(self, part: Part, pou: t.Pou, pous: Mapping[str, t.Pou], images: Images) -> None:
@@ -177,7 +177,8 @@ class _Writer:
     def _cleared(self) -> Iterator[str]:
         """Yield lines that reset variables at the beginning of each call.
 
-        In a function, these are the result and all variables; in a block, the temporary variables.
+        In a function, these are the result and all variables; in a block, the temporary
+        variables.
         """
         function = self._pou.kind == "FUNCTION"
         first = self._pou.body[0] if self._pou.body else None
