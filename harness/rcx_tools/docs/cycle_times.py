@@ -34,7 +34,7 @@ _LOW, _HIGH = (0.3, 0.01), (12.0, 3.0)
 def cycle_ends(model: RobotModel) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return X and Y of both ends of the cycle across the front [mm].
 
-    The ends have the distance from the base that the hand has if the arms are at a right angle.
+    With the arms at a right angle, the hand has the same distance from the base as both ends.
     """
     far = math.hypot(*model.arms)
     y = math.sqrt(far**2 - (ACROSS / 2) ** 2)

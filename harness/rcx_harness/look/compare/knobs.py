@@ -69,10 +69,10 @@ class Seen:
 
 
 def seen_at(t_us: int, si: bytes, recorded: bytes, virtual: bytes, clock: str) -> Seen:
-    """Return the values that the recorded and the virtual answer at one time suggest.
+    """Return the values that two answers at one time suggest: the recorded and the virtual answer.
 
-    `si` shows which command was requested; `recorded` and `virtual` are the areas of both sides at
-    that time, and `clock` is the value of the key `clock`.
+    `si` contains the requested command. `recorded` and `virtual` are the areas of both controllers
+    at this time. `clock` is the value of the key `clock`.
     """
     words, other = _words(recorded), _words(virtual)
     if words[0] == ABNORMAL_END:

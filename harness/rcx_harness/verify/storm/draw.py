@@ -56,7 +56,7 @@ def draw_storms(
         if drawn.inputs and random.random() < 0.15:
             storms.append(drawn.calm())
             continue
-        # Short storms find most failures; long storms find failures of slow processes.
+        # Short storms find most failures. Long storms find the failures of slow processes.
         share = random.choice(_LENGTHS) * random.uniform(0.3, 1.0)
         storms.append(drawn.storm(round(demands.length_us * share), others if number else first))
     return storms

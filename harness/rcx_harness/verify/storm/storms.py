@@ -43,7 +43,7 @@ class Storm:
 def kind_of(violation: Violation) -> str:
     """Return the kind of failure for a broken rule.
 
-    For a rule of a block it includes the block's name.
+    If the rule is about a block, the kind includes the name of the block.
     """
     name = violation.text.partition(f"{violation.rule}: ")[2].partition(" ")[0].strip(":,")
     of_block = violation.rule in ("contract", "calls") and "." in name

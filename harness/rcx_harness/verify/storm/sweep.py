@@ -147,7 +147,7 @@ class _Worker:
     def __init__(self, cells: Cells, seed: int) -> None:
         self._cells, self._seed = cells, seed
         self._good: Course | None = None
-        """The good run; None if the compiled program has run another cell in the meantime."""
+        """The good run. None if the compiled program has run another cell since then."""
         self._known: dict[int, object] = {}
 
     def do(self, item: Moments | Shown) -> Any:

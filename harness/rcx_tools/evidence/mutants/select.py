@@ -68,10 +68,10 @@ class TestStates:
 
 @dataclass
 class Judges:
-    """Selector of tests that have run a POU.
+    """The selection of tests for the mutants of a POU. All these tests have run the POU.
 
-    All tests are selected in files that the head of the source names, and in files that name the
-    POU. From every other file, some evenly spread tests are selected.
+    In test files that the head of the source names, and in test files that name the POU, all tests
+    are selected. In every other test file, some evenly spread tests are selected.
 
     Args:
         states: Hashes of the test files.

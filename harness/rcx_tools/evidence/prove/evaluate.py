@@ -156,7 +156,7 @@ def _wrapping(symbol: str) -> Callable[[Any, list[str]], str]:
 
 
 def _ordering(symbol: str) -> Callable[[Any, list[str]], str]:
-    """Return the writer of a signed comparison."""
+    """Return a function that writes the code of a signed comparison."""
 
     def code(term: Any, a: list[str]) -> str:
         half = _half(term.arg(0))
@@ -194,7 +194,7 @@ def _rotate(name: str) -> Callable[[Any, list[str]], str]:
 
 
 def _fits(symbol: str, high: bool) -> Callable[[Any, list[str]], str]:
-    """Return the writer of a check of the upper (or lower) limit of a signed result."""
+    """Return a function that writes a check of the upper (or lower) limit of a signed result."""
 
     def code(term: Any, a: list[str]) -> str:
         one = term.arg(0)
@@ -269,7 +269,7 @@ def _is_single(term: Any) -> bool:
 
 
 def _rounded(symbol: str) -> Callable[[Any, list[str]], str]:
-    """Return the writer of an operation that rounds to the nearest number.
+    """Return a function that writes an operation that rounds to the nearest number.
 
     A result of single precision is computed in double precision and then rounded.
     """

@@ -244,7 +244,7 @@ _STEP, _INFINITE, _SIGN = 0x80_0000, 0x7F80_0000, 1 << 31
 #: Bit patterns of the REALs 2^23 and 2^24. The mantissa of a REAL between these limits is equal to
 #: the number.
 _WHOLE, _ABOVE = 0x4B00_0000, 0x4B80_0000
-#: Number of doublings that always make the mantissa of a denormal number a whole number.
+#: After this number of doublings, the mantissa of every denormal number is a whole number.
 _DOUBLINGS = 149
 
 

@@ -156,7 +156,7 @@ def _guesses(
 
 
 def _over(view: View) -> Any:
-    """Return the claim that the work has ended while Execute is TRUE.
+    """Return the claim that the work of a block has ended and Execute is still TRUE.
 
     The claim is FALSE if the block has no WasExecute.
     """
