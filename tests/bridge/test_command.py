@@ -1,4 +1,4 @@
-"""`rcx bridge` works as a user starts it, and reports errors."""
+"""The command `rcx bridge` exchanges data between a PLC and a robot, and reports errors."""
 
 from __future__ import annotations
 
@@ -52,7 +52,10 @@ def plc(server: ModbusPlc) -> ModbusPlc:
 
 @pytest.fixture
 def bridge(plc: ModbusPlc, adapter: Adapter) -> Start:
-    """Return a function that runs `rcx bridge` between both sides, with time for slow computers."""
+    """Return a function that runs `rcx bridge` between the test's PLC and robot.
+
+    The time-outs are long.
+    """
 
     def start(*options: str) -> int:
         host, port = adapter.address
@@ -63,7 +66,7 @@ def bridge(plc: ModbusPlc, adapter: Adapter) -> Start:
 
 
 def press_ctrl_c(after: Callable[[], None]) -> threading.Thread:
-    """Send SIGINT to this process after `after`, if the bridge still runs."""
+    """Call `after` in a thread, then send SIGINT to this process if the bridge still runs."""
     before = signal.getsignal(signal.SIGINT)
 
     def press() -> None:
@@ -81,7 +84,7 @@ def press_ctrl_c(after: Callable[[], None]) -> threading.Thread:
 def test_it_bridges_until_ctrl_c_and_leaves_zeros(
     bridge: Start, plc: ModbusPlc, adapter: Adapter, capsys: Captured
 ) -> None:
-    """A general purpose word passes in both directions."""
+    """One word passes in each direction. After Ctrl+C, the words in the PLC are zero."""
     plc.holds[2] = 0x1234
     seen: list[int] = []
 
@@ -204,7 +207,7 @@ def test_without_pymodbus_it_says_what_to_install(
 
 @pytest.mark.exhaustive
 def test_with_wait_it_starts_before_either_side_and_finds_both(adapter: Adapter) -> None:
-    """Both sides start later, and the bridge needs no restart."""
+    """The bridge starts without a PLC, and connects to the PLC later without a restart."""
     host, port = adapter.address
     plc = ModbusPlc()
     plc.stop()
@@ -226,7 +229,7 @@ def test_with_wait_it_starts_before_either_side_and_finds_both(adapter: Adapter)
 
 
 def test_the_page_names_every_option_with_its_default(repository: Path) -> None:
-    """docs/how-to/bridge.md is written by hand, so its table is compared with the options."""
+    """The table in docs/how-to/bridge.md is written by hand and must agree with the options."""
     page = (repository / "docs/how-to/bridge.md").read_text(encoding="utf-8")
     rows = dict(re.findall(r"^\| `(--[a-z]+)` \|.*\|([^|]*)\|$", page, re.MULTILINE))
     expected = {}
@@ -244,9 +247,9 @@ def test_the_page_names_every_option_with_its_default(repository: Path) -> None:
 def test_an_exchange_that_ends_by_itself_ends_the_command_with_1(
     bridge: Start, monkeypatch: pytest.MonkeyPatch, capsys: Captured, part: type, work: str
 ) -> None:
-    """Two threads exchange data and hold the robot's connection.
+    """One thread exchanges data; another thread keeps the robot's connection open.
 
-    The end of either thread ends the command.
+    If either thread ends, `rcx bridge` ends with exit code 1.
     """
 
     def fail(worker: object) -> None:
@@ -258,7 +261,7 @@ def test_an_exchange_that_ends_by_itself_ends_the_command_with_1(
 
 
 def wait_for(running: Running, wanted: State) -> tuple[float, State, str]:
-    """Return the next report of this state."""
+    """Wait until the bridge reports the wanted state, and return this report."""
     while True:
         news = running.news.get(timeout=60)
         assert news is not None, "the command has ended"

@@ -1,4 +1,4 @@
-"""Decisions of the bridge, tested with a simulated clock.
+"""The bridge decides in each exchange which data it sends to the PLC and to the robot.
 
 A scene has a PLC, a robot and the bridge between them. `Scene.go` runs one exchange.
 """
@@ -23,17 +23,17 @@ from rcx_harness.bridge.core import (
 _MS = 1_000
 _PERIOD_US = 10 * _MS
 _LIMITS = Limits(gap_us=100 * _MS, beat_us=500 * _MS, hold_us=200 * _MS)
-#: SI(00) and SI(06) ON (byte 32), and a general-purpose bit SI(20) (byte 34). Code and data are 0.
+#: A PLC area in which SI(00), SI(06) (byte 32) and SI(20) (byte 34) are ON. Code and data are 0.
 _REQUESTING = bytes(32) + bytes([0x41, 0x00, 0x01]) + bytes(13)
 _NOT_REQUESTING = bytes(34) + bytes([0x01]) + bytes(13)
-#: Status 0x0200, SOW(2) = 0x1234, SO(01) CPU_OK.
+#: An area of the robot: status 0x0200, SOW(2) = 0x1234, and SO(01) CPU_OK is ON.
 _ANSWERS = b"\x00\x02\x00\x00\x34\x12" + bytes(26) + b"\x02" + bytes(15)
 _ZERO = bytes(48)
 
 
 @dataclass
 class Scene:
-    """The state of both sides, and the resulting actions of the bridge."""
+    """A simulated PLC, a simulated robot, and the latest actions of the bridge between them."""
 
     limits: Limits = _LIMITS
     area: bytes = _NOT_REQUESTING
@@ -49,7 +49,7 @@ class Scene:
         self.bridge = Bridge(len(self.area), self.limits)
 
     def go(self, times: int = 1, after_us: int = _PERIOD_US) -> Actions:
-        """Run some exchanges, `after_us` apart."""
+        """Run `times` exchanges at intervals of `after_us`, and return the last actions."""
         for _ in range(times):
             self.now_us += after_us
             self.beat = (self.beat + self.beats) & 0xFFFF
@@ -61,13 +61,13 @@ class Scene:
         return self.last
 
     def assert_safe(self) -> None:
-        """Check that no data reach either side."""
+        """Check that the bridge sends only zeros to the robot and to the PLC."""
         assert self.last.to_robot == _ZERO
         assert self.last.to_plc == (0,) * 24
         assert self.last.life == 0
 
     def until_run(self, most: int = 100) -> int:
-        """Exchange until the bridge runs."""
+        """Exchange data until the bridge runs, and return the number of exchanges."""
         for count in range(1, most + 1):
             if self.go().state is State.RUN:
                 return count
@@ -88,7 +88,7 @@ def running(scene: Scene) -> Scene:
 
 
 def test_words_are_little_endian_as_the_library_reads_them() -> None:
-    """Byte m is the low half of SOW(0), byte m + 1 the high half.
+    """Byte m is the low byte of SOW(0), and byte m + 1 is the high byte.
 
     Source: manual chapter 1, 4.1.
     """
@@ -98,7 +98,7 @@ def test_words_are_little_endian_as_the_library_reads_them() -> None:
 
 
 def test_at_the_start_the_plc_sees_no_connection_for_the_hold_time() -> None:
-    """The first answer is followed by 200 ms of zeros: exchanges 1, 2 and 20 more."""
+    """The PLC receives zeros for 200 ms before the bridge runs, so it runs in the 22nd exchange."""
     assert Scene().until_run() == 22
 
 
@@ -120,7 +120,7 @@ def test_the_life_word_is_never_0_while_it_runs() -> None:
 
 
 def test_a_lost_plc_is_zero_on_the_wire_at_once(running: Scene) -> None:
-    """SI(00), SI(06) and all other data are zero.
+    """If the PLC is lost, the next packet to the robot is zero, with SI(00) and SI(06) OFF.
 
     Source: manual chapter 1, 5.2.
     """
@@ -139,7 +139,7 @@ def test_a_lost_robot_is_zero_in_the_plc_at_once(running: Scene) -> None:
 def test_after_any_loss_nothing_passes_until_the_plc_has_cleared_code_and_dedicated_inputs(
     running: Scene, side: str
 ) -> None:
-    """A command that was running, or SI(00), must not start again by itself."""
+    """After a loss, neither a command nor SI(00) may turn ON again by itself."""
     setattr(running, side, False)
     running.go()
     setattr(running, side, True)
@@ -172,7 +172,7 @@ def test_each_byte_of_the_two_counts(at: int) -> None:
 def test_a_short_loss_of_the_robot_is_shown_to_the_plc_for_the_whole_hold_time(
     scene: Scene,
 ) -> None:
-    """FB_ReadArea.Connected must be FALSE for at least one scan."""
+    """The hold time ensures that FB_ReadArea.Connected is FALSE for at least one scan."""
     scene.until_run()
     scene.robot_there = False
     scene.go()
@@ -200,7 +200,7 @@ def test_a_plc_that_comes_and_goes_begins_again_each_time() -> None:
 
 
 def test_time_without_a_robot_counts_for_the_hold_time() -> None:
-    """While there is no robot, the PLC already sees a loss. This time counts as hold time."""
+    """Without a robot the PLC receives zeros. This time counts as hold time."""
     scene = Scene(robot_there=False)
     scene.go(50)
     scene.robot_there = True
@@ -208,9 +208,9 @@ def test_time_without_a_robot_counts_for_the_hold_time() -> None:
 
 
 def test_a_program_that_has_not_run_since_the_loss_delays_the_restart() -> None:
-    """The program counts as running after two beats.
+    """The bridge waits for two changes of the heartbeat.
 
-    The first beat may be from a scan before the loss.
+    The first change may come from a scan before the loss.
     """
     scene = Scene(beats=False, limits=Limits(_LIMITS.gap_us, 60_000 * _MS, _LIMITS.hold_us))
     assert scene.go(100).reason == "its program has not run since"
@@ -221,7 +221,7 @@ def test_a_program_that_has_not_run_since_the_loss_delays_the_restart() -> None:
 
 
 def test_a_heartbeat_that_stands_still_is_the_loss_of_the_plc(running: Scene) -> None:
-    """The Modbus server still answers, but the program has stopped."""
+    """The PLC counts as lost if its Modbus server answers, but its program has stopped."""
     running.beats = False
     assert running.go(50).state is State.RUN, "exactly 500 ms are not too long"
     assert running.go().state is State.STANDING
@@ -254,7 +254,7 @@ def test_a_wrap_of_the_heartbeat_is_a_beat() -> None:
 
 
 def test_two_readings_too_far_apart_are_the_loss_of_the_plc(running: Scene) -> None:
-    """Two changes of dedicated inputs could be sent together.
+    """After a long gap between two readings, two changes of inputs could be sent together.
 
     Source: manual chapter 5, 3, caution: 100 ms between two changes.
     """

@@ -1,4 +1,4 @@
-"""Order, duration and failures of the bridge's exchange, tested with a simulated clock."""
+"""The bridge exchanges data in a fixed order and in time, and handles failures."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _ANSWERS = bytes(range(48))
 
 @dataclass
 class Room(PlcLink):
-    """A simulated PLC with a clock, which records the calls of the loop in their order."""
+    """A simulated PLC with a clock. It records the loop's calls in their order."""
 
     now_us: int = 0
     done: list[tuple[str, object]] = field(default_factory=list)
@@ -33,12 +33,12 @@ class Room(PlcLink):
         return self.now_us
 
     def connect(self) -> None:
-        """Connect the PLC."""
+        """Simulate a connection to the PLC."""
         self._do("connect")
         self.connected = True
 
     def read(self) -> tuple[int, ...]:
-        """Return the words with the next heartbeat."""
+        """Increment the heartbeat, and return all words of the PLC."""
         self._do("read")
         self.words[24] += 1
         return tuple(self.words)
@@ -55,14 +55,14 @@ class Room(PlcLink):
             raise PlcError(f"{what} failed")
 
     def names(self) -> list[str]:
-        """Return the calls since the last call of this function."""
+        """Return the names of the recorded calls, and clear the record."""
         names = [name for name, _ in self.done]
         self.done.clear()
         return names
 
 
 class Robot(RobotLink):
-    """A simulated robot, which records its calls together with those of the PLC."""
+    """A simulated robot. It records its calls in the same list as the PLC's calls."""
 
     def __init__(self, room: Room) -> None:
         self.room = room
@@ -71,7 +71,7 @@ class Robot(RobotLink):
         self.image = b""
 
     def read(self) -> bytes | Lost:
-        """Return the area, or Lost if the robot is not connected."""
+        """Return the robot's area, or Lost if the robot is not connected."""
         return _ANSWERS if self.there else Lost("cut")
 
     def write(self, image: bytes, valid_us: int | None) -> None:
@@ -105,7 +105,7 @@ def loop(room: Room, robot: Robot, news: list[tuple[State, str]]) -> Loop:
 
 
 def run(loop: Loop, room: Room) -> None:
-    """Exchange until the bridge runs."""
+    """Exchange data until the bridge runs, then clear the recorded calls."""
     for _ in range(100):
         room.now_us += 6_000
         if loop.turn().state is State.RUN:
@@ -132,7 +132,7 @@ def test_the_plcs_words_and_its_life_word_go_in_one_writing(loop: Loop, room: Ro
 def test_the_plcs_words_are_sent_for_a_limited_time_zeros_for_ever(
     loop: Loop, room: Room, robot: Robot
 ) -> None:
-    """A bridge process that hangs must not keep the robot moving."""
+    """The PLC's words expire after 200 ms, so a bridge that hangs cannot keep the robot moving."""
     loop.turn()
     assert robot.valid_us is None
     run(loop, room)
@@ -220,7 +220,10 @@ def test_a_plc_that_fails_during_the_last_writing_does_no_harm(loop: Loop, room:
 
 
 def test_figures_are_of_the_exchanges_that_succeeded(loop: Loop, room: Room) -> None:
-    """Reading and writing take 2 ms each, and there is an exchange every 10 ms."""
+    """Failed exchanges do not change the figures.
+
+    Reading and writing take 2 ms each, and there is an exchange every 10 ms.
+    """
     run(loop, room)
     for _ in range(20):
         room.now_us += 6_000
@@ -277,7 +280,7 @@ def test_figures_of_another_time_are_not_shown() -> None:
 
 
 def test_an_area_and_the_word_behind_it_are_one_request_of_48_two_of_256_bytes() -> None:
-    """One Modbus request can read 125 registers or write 123.
+    """One Modbus request can read 125 registers or write 123, so 256 bytes need two requests.
 
     A double word is never divided between two requests.
     """

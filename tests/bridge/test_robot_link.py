@@ -1,4 +1,4 @@
-"""The robot's side of the bridge: reasons for which its connection continues or ends."""
+"""The bridge opens, keeps and replaces its connection to the robot."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _MOST_POLLS = 60_000
 
 
 class Network:
-    """A network that returns its scanners one after the other."""
+    """A simulated network in which each new connection uses the next of the given scanners."""
 
     def __init__(self, *scanners: FakeScanner) -> None:
         self.scanners = list(scanners)
         self.link = RobotLink("robot", 48, self.connect)
 
     def connect(self) -> FakeScanner:
-        """Return the next scanner. If none is left, no robot answers."""
+        """Return the next scanner, or raise EnipError if no scanner is left."""
         if not self.scanners:
             raise EnipError("nobody there")
         return self.scanners.pop(0)
@@ -112,7 +112,7 @@ def link(adapter: Adapter) -> Iterator[RobotLink]:
 
 
 def until(what: Callable[[], bool]) -> None:
-    """Poll until the condition holds."""
+    """Poll every millisecond until the condition is true."""
     pause = threading.Event()
     for _ in range(_MOST_POLLS):
         if what():
@@ -122,7 +122,7 @@ def until(what: Callable[[], bool]) -> None:
 
 
 def received(link: RobotLink) -> int:
-    """Return the packets that have arrived from the adapter."""
+    """Return the number of packets that the bridge has received from the adapter."""
     look = link.look()
     return look[0].received if look else 0
 
@@ -137,15 +137,15 @@ def test_words_go_out_and_the_robots_come_in(adapter: Adapter, link: RobotLink) 
 
 @pytest.mark.exhaustive
 def test_expired_words_are_not_sent_until_new_words_come(adapter: Adapter, link: RobotLink) -> None:
-    """A PLC that has stopped writing must not keep the robot moving.
+    """If the PLC stops writing, its words expire and the robot receives no more packets.
 
-    In the meantime twenty packets arrive from the robot, as many as would have been sent.
+    The test waits for twenty packets from the robot, so twenty could have been sent.
     """
     link.opener.open()
     until(lambda: adapter.shared.owner is OwnerState.RUN)
     link.write(bytes([1] * 48), 0)
     before = received(link)
-    until(lambda: received(link) >= before + 2)  # packets under way have arrived
+    until(lambda: received(link) >= before + 2)  # wait for packets that were already sent
     arrived = adapter.shared.status().received
     until(lambda: received(link) >= before + 22)
     assert adapter.shared.status().received == arrived

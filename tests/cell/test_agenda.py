@@ -1,28 +1,28 @@
-"""A cell runs its single and repeated events in order."""
+"""A cell runs its single and repeated events in the order of their times."""
 
 from __future__ import annotations
 
 from rcx_harness.cell.clock import Kind
 from structured_text.bench.agenda import Action, Agenda
 
-#: Times of events with their names.
+#: A list of events: the time [us] and the name of each.
 Seen = list[tuple[int, str]]
 
 
 def noted(seen: Seen, name: str) -> Action:
-    """Return an event that records its time."""
+    """Return an action that records its time and its name in `seen`."""
     return lambda now_us: seen.append((now_us, name))
 
 
 def take(agenda: Agenda, count: int) -> None:
-    """Run this many events."""
+    """Run the next `count` events of the agenda."""
     for _ in range(count):
         now_us, action = agenda.pop()
         action(now_us)
 
 
 def test_repeated_and_single_events_keep_their_order() -> None:
-    """Events at equal times are in the order of Kind.
+    """Events with the same time run in the order of Kind: first stimulus, then cycle, then scan.
 
     Source: rcx_harness.cell.clock, first paragraph.
     """
@@ -57,7 +57,7 @@ def test_each_kind_of_event_is_over_before_the_next() -> None:
 
 
 def test_another_period_counts_from_the_next_event_on() -> None:
-    """An event that is already due keeps its time.
+    """A new period applies after the next event, because that event is already scheduled.
 
     Source: Agenda.periods.
     """
@@ -70,7 +70,7 @@ def test_another_period_counts_from_the_next_event_on() -> None:
 
 
 def test_repeated_events_go_on_after_a_restore() -> None:
-    """An agenda that is restored runs the same events again.
+    """After its snapshot is restored, an agenda runs the same events again.
 
     Source: Agenda.snapshot.
     """

@@ -1,4 +1,4 @@
-"""An illegal argument of a cell is refused at once with a single sentence."""
+"""A cell rejects an invalid argument at once, with a message of one sentence."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ def _build(repository: Path, folder: Path, **options: Any) -> Cell:
 
 @pytest.fixture(scope="module")
 def cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cell]:
-    """Return a cell that all tests share. A refused call does not change it."""
+    """Return a cell that all tests of this file share. A rejected call does not change the cell."""
     with _build(Path(__file__).parents[2], tmp_path_factory.mktemp("lib")) as made:
         yield made
 
 
 @pytest.mark.parametrize("number", [-1, _NAN, True, 1.5, "2", None, 10**30])
 def test_a_number_of_scans_is_a_whole_number_from_0_on(cell: Cell, number: Any) -> None:
-    """Source: Cell.scan and Cell.takes: this many scans."""
+    """Only an integer from 0 on is a valid number of scans. Source: Cell.scan, Cell.takes."""
     with pytest.raises(InputError, match="the number of scans cannot be"):
         cell.scan(number)
     with pytest.raises(InputError, match="scans cannot be"), cell.takes(scans=number):
@@ -116,7 +116,7 @@ def test_a_cell_is_built_with_whole_numbers(
 
 
 def test_two_programs_of_a_robot_cannot_have_one_name(tmp_path: Path) -> None:
-    """A remote command names the program that it means.
+    """Two programs of the same name are rejected: a remote command selects a program by name.
 
     Source: guide 4.6.1, program_name.
     """

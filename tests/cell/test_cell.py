@@ -32,7 +32,7 @@ def test_at_equal_times_the_controller_comes_before_the_plc(raw_cell: Build) -> 
 
 
 def test_an_output_travels_with_the_next_packet_and_the_next_cycle(raw_cell: Build) -> None:
-    """The output is written at 100 ms, sent at 112 ms (RPI 16 ms) and read at 115 ms."""
+    """The PLC writes an output at 100 ms; it is sent at 112 ms (RPI 16 ms) and read at 115 ms."""
     cell = raw_cell(scan="50ms", rpi="16ms", robot=AT_ONCE)
     cell.run("60ms")
     cell["Main.Bits0"] = 1
@@ -44,7 +44,7 @@ def test_an_output_travels_with_the_next_packet_and_the_next_cycle(raw_cell: Bui
 
 
 def test_a_packet_carries_what_the_outputs_were_when_it_was_produced(raw_cell: Build) -> None:
-    """Late packets contain old data, in their order."""
+    """A late packet contains the outputs of the time at which it was sent."""
     cell = raw_cell(scan="10ms", rpi="10ms", jitter="40ms", robot=AT_ONCE, seed=3)
     for _ in range(60):
         cell["Main.Data"] = cell.scans % 250
@@ -124,7 +124,7 @@ def test_a_plc_without_a_link_holds_its_inputs(raw_cell: Build, on_loss: str, le
 
 
 def test_different_sizes_are_no_connection(raw_cell: Build) -> None:
-    """Master and controller must both have 48 bytes, or both 256 bytes.
+    """If one side has 48 bytes and the other 256 bytes, there is no connection.
 
     Source: manual chapter 3, 1.
     """
@@ -147,7 +147,10 @@ def test_a_power_cycle_interrupts_the_link_until_the_controller_has_booted(raw_c
 
 
 def test_256_bytes_at_offsets_m_and_n(raw_cell: Build) -> None:
-    """Source: manual chapter 1, 4.2."""
+    """The areas begin at byte m of the inputs and byte n of the outputs.
+
+    Source: manual chapter 1, 4.2.
+    """
     cell = raw_cell(size=256, m=10, n=200, robot=RobotConfig(size=256, boot_time=0.0))
     cell["Main.InputArea[9]"] = 77
     cell.run("100ms")

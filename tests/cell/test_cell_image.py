@@ -32,7 +32,7 @@ def located(build_cell: Build, repository: Path, tmp_path: Path) -> Build:
 
 
 def test_located_words_and_bits_are_the_process_image(located: Build) -> None:
-    """%IW1 is bytes 2 and 3, and %QX32.0 is bit 0 of byte 32.
+    """Located variables use the areas: %IW1 is bytes 2 and 3, and %QX32.0 is bit 0 of byte 32.
 
     Source: manual chapter 5, 1 (addresses of the words and bits).
     """
@@ -49,7 +49,7 @@ def test_located_words_and_bits_are_the_process_image(located: Build) -> None:
 
 
 def test_located_arrays_are_the_process_image(build_cell: Build, tmp_path: Path) -> None:
-    """The arrays are bytes 0 to 47 of the inputs and words 0 to 23 of the outputs.
+    """A located array of 48 bytes contains the inputs, and one of 24 words contains the outputs.
 
     The low byte of a word comes first.
 

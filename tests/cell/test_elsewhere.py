@@ -1,7 +1,7 @@
-"""A cell with an external controller: the PLC, its real connection, and losses of the link.
+"""A cell can connect its PLC program to an external controller over a real connection.
 
-The controller is an adapter on the loopback interface in a process of its own. The tests set and
-read its areas.
+The controller is an adapter in a separate process on the loopback interface. The tests write and
+read the adapter's areas.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from structured_text.errors import InputError
 
 Build = Callable[..., Cell]
 
-#: A program that copies SO(150) to SO(157) to SI(150) to SI(157) and shows the scanner's messages.
+#: A PLC program that copies SO(150) to SO(157) to SI(150) to SI(157).
 _PROGRAM = """\
 PROGRAM Echo
 VAR
@@ -35,7 +35,7 @@ END_VAR
 OutputArea[45] := InputArea[45];
 END_PROGRAM
 """
-#: Time-outs that are so long that other work of this computer cannot cause a loss of the link.
+#: Long time-outs, so that a busy computer cannot cause a loss of the link.
 _LONG_TIMEOUT = "5s"
 _WITHIN = "60s"
 
@@ -54,13 +54,13 @@ def program(tmp_path: Path) -> Path:
 
 
 class Told:
-    """A receiver of the messages of the connection."""
+    """A recorder of the messages about the connection."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
 
     def __call__(self, now_us: int, text: str) -> None:
-        """Record the call."""
+        """Record a message of the connection."""
         assert now_us >= 0
         self.lines.append(text)
 
@@ -72,7 +72,7 @@ def told() -> Told:
 
 @pytest.fixture
 def far(build_cell: Build, adapter: Adapter, program: Path, told: Told) -> Build:
-    """Return a function that builds cells of the program, connected to the adapter."""
+    """Return a function that builds a cell whose PLC is connected to the adapter."""
     host, port = adapter.address
 
     def build(**options: object) -> Cell:
@@ -83,7 +83,7 @@ def far(build_cell: Build, adapter: Adapter, program: Path, told: Told) -> Build
 
 
 def _echoes(cell: Cell, adapter: Adapter, value: int) -> None:
-    """Send a byte from the controller into the program and back."""
+    """Check that a byte from the controller reaches the program and comes back."""
     adapter.write_to_master(bytes(45) + bytes([value]) + bytes(2))
     cell.run_until(lambda: cell["Main.InputArea"][45] == value, within=_WITHIN)
     cell.run_until(lambda: adapter.read_to_robot()[45] == value, within=_WITHIN)
@@ -92,9 +92,9 @@ def _echoes(cell: Cell, adapter: Adapter, value: int) -> None:
 def test_the_program_reads_and_writes_the_controllers_areas(
     far: Build, adapter: Adapter, told: Told, tmp_path: Path
 ) -> None:
-    """The controller is not simulated.
+    """The trace contains only the PLC's scans, because the controller is not simulated.
 
-    The trace contains only the PLC's scans. The monitors check them as in every run.
+    The monitors check these scans as in every run.
     """
     trace = tmp_path / "trace.jsonl"
     cell = far(trace=trace)
@@ -116,7 +116,7 @@ def test_the_program_reads_and_writes_the_controllers_areas(
 
 @pytest.mark.exhaustive
 def test_a_broken_rule_is_found_as_in_every_run(far: Build, program: Path) -> None:
-    """SI(00) and SI(06) change together, although any two changes must be 100 ms apart.
+    """The monitor reports that SI(00) and SI(06) change together. Changes must be 100 ms apart.
 
     Source: manual chapter 5, 3.1
     """
@@ -132,7 +132,7 @@ def test_a_broken_rule_is_found_as_in_every_run(far: Build, program: Path) -> No
 
 @pytest.mark.exhaustive
 def test_zeros_go_out_before_the_connection_is_closed(far: Build, adapter: Adapter) -> None:
-    """Without a master, the controller itself decides about SI(00) and SI(06).
+    """The cell sends zeros, with SI(00) and SI(06) OFF, before it closes the connection.
 
     Source: manual chapter 1, 5.2
     """
@@ -168,7 +168,7 @@ def test_inputs_are_cleared_at_a_loss_on_request(far: Build, adapter: Adapter) -
 def test_another_size_is_refused_with_what_to_try(
     build_cell: Build, program: Path, adapter: Adapter
 ) -> None:
-    """Source: manual chapter 3, 1: both sides have the same size."""
+    """The message names the size that the controller has. Source: manual chapter 3, 1."""
     with pytest.raises(InputError) as refused:
         build_cell(program, size=256, connect=Elsewhere(*adapter.address))
     assert "0x0127" in refused.value.message or "0x0128" in refused.value.message
@@ -234,7 +234,7 @@ def test_its_properties_are_its_own(far: Build) -> None:
 
 
 def test_a_program_that_stops_is_not_sent_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each image is valid for the link's time-out, or for four scans if these take longer."""
+    """Each image expires after the link's time-out or four scans, whichever is longer."""
     for scan, valid_us in (("10ms", 300_000), ("100ms", 400_000)):
         link = FarLink(48, Timing.make(scan=scan, timeout="300ms"), Elsewhere("127.0.0.1"))
         written: list[tuple[bytes, int | None]] = []

@@ -17,7 +17,7 @@ from rcx_harness.trace import read_trace
 
 Build = Callable[..., Cell]
 
-#: Robot 1 has two axes of 1000 and 500 pulses per mm, robot 2 has one.
+#: Robot 1 has two axes with 1000 and 500 pulses per mm. Robot 2 has one axis.
 TWO = RobotConfig(axes=(Axis(), Axis(pulses_per_mm=500.0), Axis(robot=2)))
 
 

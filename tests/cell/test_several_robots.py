@@ -1,4 +1,4 @@
-"""A cell with more than one controller: areas, clocks, faults, and robot files."""
+"""A cell can have several controllers, each with its own areas, clock, faults and robot file."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def test_a_stimulus_reaches_the_controller_that_it_names(tmp_path: Path) -> None
 
 
 def test_a_broken_rule_says_which_controller_and_which_rule_it_is_of(tmp_path: Path) -> None:
-    """Monitors of both sides report that n + 46 of the second area is not 0.
+    """The message names controller 2 if reserved byte n + 46 of its area is not 0.
 
     Source: manual chapter 1, 4.1: reserved.
     """
@@ -116,9 +116,9 @@ def test_a_broken_rule_says_which_controller_and_which_rule_it_is_of(tmp_path: P
 @pytest.mark.parametrize("lost", [1, 2])
 @pytest.mark.parametrize("on_loss", ["hold", "clear"])
 def test_on_loss_is_each_controllers_own(on_loss: str, lost: int) -> None:
-    """The PLC's inputs from the lost controller stay or become zero.
+    """If one controller is lost, its inputs in the PLC hold their values or become zero.
 
-    The inputs from the other controller continue.
+    The inputs from the other controller do not change.
 
     Source: docs/how-to/testing.md, `rcx_on_loss`.
     """
@@ -142,7 +142,7 @@ def test_on_loss_is_each_controllers_own(on_loss: str, lost: int) -> None:
 
 
 def test_each_of_three_controllers_has_a_status_of_its_own(tmp_path: Path) -> None:
-    """The states are written to Connected, Connected2 and Connected3, if a program has them."""
+    """The connection states of three controllers are in Connected, Connected2 and Connected3."""
     file = tmp_path / "three.st"
     file.write_text(
         "PROGRAM P1\n  VAR\n    InputArea, OutputArea : RCX_IMAGE;\n"
@@ -162,7 +162,7 @@ def test_each_of_three_controllers_has_a_status_of_its_own(tmp_path: Path) -> No
 
 
 def test_the_rules_of_the_wire_are_judged_by_each_controllers_own_connection() -> None:
-    """While the second connection is lost, only the first one is checked."""
+    """While controller 2 is not connected, only the outputs to controller 1 are checked."""
     with _cell() as cell:
         cell.run("100ms")
         cell.inject("link_down", controller=2)

@@ -1,4 +1,4 @@
-"""Events of the PLC and the network: STOP and RUN, power, late scans, disturbed packets."""
+"""Events can stop the PLC, switch its power, delay its scans, and disturb packets."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from structured_text.errors import InputError
 
 @pytest.fixture
 def cell(tmp_path: Path) -> Iterator[Cell]:
-    """Return a cell in which the program has fed and counted a part."""
+    """Return a cell in which the program has fed and counted at least one part."""
     with Cell.build(feeder(tmp_path), engine="builtin") as made:
         made.run("200ms")
         made["Main.Closed"] = True
@@ -34,7 +34,7 @@ def cell(tmp_path: Path) -> Iterator[Cell]:
 
 @pytest.mark.parametrize(("start", "fed", "total"), [("warm", False, True), ("cold", False, False)])
 def test_a_warm_start_keeps_retained_data(cell: Cell, start: str, fed: bool, total: bool) -> None:
-    """Source: IEC 61131-3, 2.4.2, warm and cold restart."""
+    """A warm start keeps retained data; a cold start does not. Source: IEC 61131-3, 2.4.2."""
     cell.inject("plc_stop")
     scans = cell.scans
     cell.run("500ms")
@@ -132,7 +132,7 @@ def test_a_wrong_argument_of_an_event_is_refused(
         cell.inject(event, **args)
 
 
-# --- in a stimulus ----------------------------------------------------------------------------
+# --- events in a stimulus file ------------------------------------------------------------------
 
 
 def _load(tmp_path: Path, text: str) -> Stimulus:

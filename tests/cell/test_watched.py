@@ -1,8 +1,8 @@
-# ruff: noqa: RUF001 - the chart is drawn with these
-"""Watched variables are selected by path or pattern, and shown alike on every engine.
+# ruff: noqa: RUF001 - charts consist of these box-drawing characters
+"""Watched variables are selected by path or pattern, and have the same values on every engine.
 
-The expected values follow from tests/cell/programs/Watched.st: it counts its scans and sets most
-variables in the third scan. Five scans run in 50 ms.
+The expected values follow from tests/cell/programs/Watched.st. This program counts its scans and
+sets most variables in the third scan. Five scans run in 50 ms.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _AT_THE_END = {"Main.Scans": "5", "Main.State": "W_RUN", "Main.Grid[1,0]": "0",
 
 @pytest.fixture
 def watched(build_cell: Build, tmp_path: Path) -> Build:
-    """Return a function that builds cells of the program of this file."""
+    """Return a function that builds cells of programs/Watched.st with watched patterns."""
     program = Path(__file__).parent / "programs" / "Watched.st"
     (tmp_path / "no-library").mkdir()
 
@@ -114,7 +114,7 @@ def test_a_trace_without_watched_variables_says_nothing_of_them(watched: Build) 
 def test_a_pattern_finds_variables_but_no_blocks_and_no_long_arrays(
     watched: Build, pattern: str, found: list[str] | None
 ) -> None:
-    """Timer and Block are blocks, InputArea has 512 elements."""
+    """A pattern does not match function blocks (Timer, Block) and long arrays (InputArea)."""
     if found is None:
         with pytest.raises(InputError, match="matches only blocks and long arrays; name one"):
             watched(pattern)
@@ -168,7 +168,7 @@ def test_global_variables_are_found_alone_or_behind_the_name_of_their_list(
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_chart_has_a_lane_for_each_member_and_element(watched: Build, engine: str) -> None:
-    """States are shown as text at 20 ms, in the third scan."""
+    """Each member has its own lane. The third scan (20 ms) changes all values but Connected."""
     cell = watched("Main.State,Main.Item,Main.Connected", engine=engine)
     timeline = Timeline(cell.trace)
     cell.trace.listen(timeline.take)
@@ -184,7 +184,7 @@ def test_a_chart_has_a_lane_for_each_member_and_element(watched: Build, engine: 
 
 
 def test_variables_that_always_change_make_no_columns(watched: Build) -> None:
-    """Scans and Blink change in each scan, State in the third scan."""
+    """Scans and Blink change in each scan and add no columns. State adds a column at 20 ms."""
     cell = watched("Main.Scans,Main.Blink,Main.State", robot=RobotConfig(boot_time=0.0))
     timeline = Timeline(cell.trace)
     cell.trace.listen(timeline.take)
@@ -207,7 +207,9 @@ def test_alone_it_makes_columns_after_all(watched: Build) -> None:
     "pattern", ["Main.*a*a*a*a*a*a*a*a*a*a*a*a*a*a*a*b", "Main." + "*?" * 15 + "*"]
 )
 def test_a_pattern_of_thirty_stars_is_compared_once(watched: Build, pattern: str) -> None:
-    """A regular expression would try all ways to divide the name among the stars.
+    """The comparison with a pattern of thirty stars ends quickly.
+
+    A regular expression would try all ways to divide the name among the stars.
 
     Source: docs/reference/limits.md, variables that are watched.
     """
@@ -231,12 +233,15 @@ def test_a_pattern_of_thirty_stars_is_compared_once(watched: Build, pattern: str
     ],
 )
 def test_a_star_and_a_question_mark_are_wildcards(pattern: str, name: str, fits: bool) -> None:
-    """Source: docs/reference/trace.md, --watch."""
+    """`*` matches any text, and `?` matches one character.
+
+    Source: docs/reference/trace.md, --watch.
+    """
     assert is_like(pattern, name) == fits
 
 
 def test_watched_variables_have_a_limit(watched: Build, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The program has six elements in Items and Grid.
+    """If a pattern matches more variables than the limit (here 3), it is rejected.
 
     Source: docs/reference/limits.md, variables that are watched.
     """
