@@ -81,7 +81,7 @@ def press_ctrl_c(after: Callable[[], None]) -> threading.Thread:
     return thread
 
 
-def test_it_bridges_until_ctrl_c_and_leaves_zeros(
+def test_bridge_exchanges_until_ctrl_c_and_then_writes_zeros(
     bridge: Start, plc: ModbusPlc, adapter: Adapter, capsys: Captured
 ) -> None:
     """One word passes in each direction. After Ctrl+C, the words in the PLC are zero."""
@@ -110,7 +110,7 @@ def test_it_bridges_until_ctrl_c_and_leaves_zeros(
     assert "the robot then loses its master" in out
 
 
-def test_quiet_says_nothing_as_long_as_all_is_well(
+def test_quiet_prints_nothing_if_there_is_no_error(
     bridge: Start, plc: ModbusPlc, capsys: Captured
 ) -> None:
     thread = press_ctrl_c(plc.wait_exchanges)
@@ -122,7 +122,7 @@ def test_quiet_says_nothing_as_long_as_all_is_well(
     assert (said.out, said.err) == ("", "")
 
 
-def test_the_registers_can_be_others(bridge: Start, plc: ModbusPlc) -> None:
+def test_options_choose_the_first_registers(bridge: Start, plc: ModbusPlc) -> None:
     thread = press_ctrl_c(plc.wait_exchanges)
     plc.requests.clear()
     try:
@@ -132,7 +132,7 @@ def test_the_registers_can_be_others(bridge: Start, plc: ModbusPlc) -> None:
     assert {(3, 100, 25), (16, 0, 25)} == set(plc.requests)
 
 
-def test_a_missing_plc_is_one_line(capsys: Captured) -> None:
+def test_a_missing_plc_is_reported_in_one_line(capsys: Captured) -> None:
     assert main(["bridge", "--plc", "127.0.0.1:1", "--robot", "127.0.0.1:1"]) == 2
     error = capsys.readouterr().err
     assert error.startswith("rcx: no Modbus TCP connection to 127.0.0.1:1: ")
@@ -140,14 +140,14 @@ def test_a_missing_plc_is_one_line(capsys: Captured) -> None:
     assert error.count("\n") == 1
 
 
-def test_a_missing_robot_is_one_line(plc: ModbusPlc, capsys: Captured) -> None:
+def test_a_missing_robot_is_reported_in_one_line(plc: ModbusPlc, capsys: Captured) -> None:
     assert main(["bridge", "--plc", f"127.0.0.1:{plc.port}", "--robot", "127.0.0.1:1"]) == 2
     error = capsys.readouterr().err
     assert "no connection to the EtherNet/IP adapter at 127.0.0.1:1" in error
     assert error.count("\n") == 1
 
 
-def test_a_robot_that_has_a_master_is_not_taken_away(
+def test_a_robot_with_another_master_is_refused(
     bridge: Start, adapter: Adapter, capsys: Captured
 ) -> None:
     host, port = adapter.address
@@ -185,7 +185,7 @@ def test_a_robot_that_has_a_master_is_not_taken_away(
         (["--robot", "10.0.0.1:70000"], "--robot '10.0.0.1:70000' is not an address"),
     ],
 )
-def test_bad_input_is_one_line(
+def test_a_bad_option_is_reported_in_one_line(
     bridge: Start, capsys: Captured, options: list[str], message: str
 ) -> None:
     assert bridge(*options) == 2
@@ -194,7 +194,7 @@ def test_bad_input_is_one_line(
     assert error.count("\n") == 1
 
 
-def test_without_pymodbus_it_says_what_to_install(
+def test_a_missing_pymodbus_is_reported_with_the_install_command(
     bridge: Start, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
     for name in [name for name in sys.modules if name.startswith("rcx_harness.bridge.")]:
@@ -206,7 +206,7 @@ def test_without_pymodbus_it_says_what_to_install(
 
 
 @pytest.mark.exhaustive
-def test_with_wait_it_starts_before_either_side_and_finds_both(adapter: Adapter) -> None:
+def test_with_wait_the_bridge_starts_before_the_plc(adapter: Adapter) -> None:
     """The bridge starts without a PLC, and connects to the PLC later without a restart."""
     host, port = adapter.address
     plc = ModbusPlc()
@@ -244,7 +244,7 @@ def test_the_page_names_every_option_with_its_default(repository: Path) -> None:
 @pytest.mark.exhaustive(but=["Loop-turn"])
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 @pytest.mark.parametrize(("part", "work"), [(Loop, "turn"), (Opener, "keep")])
-def test_an_exchange_that_ends_by_itself_ends_the_command_with_1(
+def test_the_command_ends_with_1_if_one_of_its_threads_ends(
     bridge: Start, monkeypatch: pytest.MonkeyPatch, capsys: Captured, part: type, work: str
 ) -> None:
     """One thread exchanges data; another thread keeps the robot's connection open.

@@ -94,7 +94,7 @@ def test_the_button_switches_the_servos_on_and_no_rule_is_broken(
 
 
 @pytest.mark.exhaustive
-def test_a_lost_plc_stops_the_robot_and_comes_back_without_a_servo(
+def test_a_loss_of_the_plc_stops_the_robot_and_its_servos_stay_off(
     bench: BridgeBench, plc: OpenPlc
 ) -> None:
     """After a loss of the PLC, SI(00) and SI(06) are OFF. The servos stay off when the PLC is back.
@@ -121,7 +121,7 @@ def test_a_lost_plc_stops_the_robot_and_comes_back_without_a_servo(
 
 
 @pytest.mark.exhaustive
-def test_a_lost_robot_is_seen_by_the_program_and_comes_back_with_its_alarm(
+def test_the_program_detects_a_loss_of_the_robot_and_then_its_alarm(
     bench: BridgeBench, plc: OpenPlc
 ) -> None:
     """When the robot is back, alarm 12.552 is active. It needs an alarm reset and then servo on.
@@ -151,7 +151,7 @@ def test_a_lost_robot_is_seen_by_the_program_and_comes_back_with_its_alarm(
 
 
 @pytest.mark.exhaustive
-def test_a_program_that_stops_stops_the_robot(bench: BridgeBench, plc: OpenPlc) -> None:
+def test_if_the_program_stops_the_bridge_stops_the_robot(bench: BridgeBench, plc: OpenPlc) -> None:
     """If the program stops, the bridge stops the robot although the Modbus server still answers."""
     power_up(bench, plc)
     program = plc.program
@@ -165,7 +165,7 @@ def test_a_program_that_stops_stops_the_robot(bench: BridgeBench, plc: OpenPlc) 
     )
 
 
-def test_it_runs_in_the_virtual_cell_as_behind_a_bridge(build_cell: Callable[..., Cell]) -> None:
+def test_the_example_runs_in_a_virtual_cell(build_cell: Callable[..., Cell]) -> None:
     """In a virtual cell, %MW contains the inputs and the life word.
 
     A loss of the link sets them to 0.
@@ -184,7 +184,7 @@ def test_it_runs_in_the_virtual_cell_as_behind_a_bridge(build_cell: Callable[...
 
 
 @pytest.mark.exhaustive
-def test_areas_of_256_bytes_pass_whole() -> None:
+def test_areas_of_256_bytes_pass_completely() -> None:
     """In areas of 256 bytes, the first and the last words reach the other side.
 
     Source: manual chapter 1, 4.2.

@@ -95,12 +95,12 @@ def test_after_a_refusal_the_connection_stays(
     assert link.read() == (0,) * 25
 
 
-def test_another_unit_is_refused_by_a_plc_that_looks_at_it(link_to: Callable[..., PlcLink]) -> None:
+def test_a_plc_may_refuse_another_unit_identifier(link_to: Callable[..., PlcLink]) -> None:
     with pytest.raises(PlcError, match="was refused: Modbus exception"):
         link_to(unit=9).read()
 
 
-def test_an_answer_that_is_late_ends_the_connection(
+def test_a_late_answer_closes_the_connection(
     plc: ModbusPlc, link_to: Callable[..., PlcLink]
 ) -> None:
     """After a late answer the link is closed, so the answer cannot be used for the next request."""
@@ -116,7 +116,7 @@ def test_an_answer_that_is_late_ends_the_connection(
     link.connect()
 
 
-def test_a_plc_that_goes_and_comes_is_found_again(
+def test_the_link_reconnects_to_a_plc_that_restarts(
     plc: ModbusPlc, link_to: Callable[..., PlcLink]
 ) -> None:
     link = link_to()

@@ -34,14 +34,14 @@ class Network:
         return self.scanners.pop(0)
 
 
-def test_the_first_packet_of_a_connection_asks_for_nothing() -> None:
+def test_the_first_packet_of_a_connection_is_zero() -> None:
     scanner = FakeScanner()
     Network(scanner).link.opener.open()
     assert scanner.done == ["write", "open"]
     assert scanner.written == [(bytes(48), None)]
 
 
-def test_before_packets_come_the_robot_is_not_there() -> None:
+def test_the_robot_is_lost_until_its_first_packet() -> None:
     scanner = FakeScanner()
     link = Network(scanner).link
     assert link.read() == Lost("robot: not connected yet")
@@ -72,7 +72,7 @@ def test_a_connection_that_has_ended_is_replaced(end: str) -> None:
     assert second.done == ["write", "open"]
 
 
-def test_without_a_robot_the_reason_is_reported_and_retries_do_no_harm() -> None:
+def test_without_a_robot_the_reason_is_reported_after_each_retry() -> None:
     link = Network().link
     link.opener.keep()
     link.opener.keep()
@@ -127,7 +127,7 @@ def received(link: RobotLink) -> int:
     return look[0].received if look else 0
 
 
-def test_words_go_out_and_the_robots_come_in(adapter: Adapter, link: RobotLink) -> None:
+def test_words_pass_in_both_directions(adapter: Adapter, link: RobotLink) -> None:
     adapter.write_to_master(bytes(range(48)))
     link.opener.open()
     link.write(bytes(range(100, 148)), 60_000_000)

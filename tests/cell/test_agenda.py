@@ -36,7 +36,7 @@ def test_repeated_and_single_events_keep_their_order() -> None:
     ]  # fmt: skip
 
 
-def test_each_kind_of_event_is_over_before_the_next() -> None:
+def test_at_equal_times_one_kind_of_event_follows_the_other() -> None:
     """At equal times all cycles come before all packets.
 
     Within a kind, the events of the first controller come first.
@@ -56,7 +56,7 @@ def test_each_kind_of_event_is_over_before_the_next() -> None:
     assert seen[-1][0] == 15
 
 
-def test_another_period_counts_from_the_next_event_on() -> None:
+def test_a_new_period_applies_after_the_next_event() -> None:
     """A new period applies after the next event, because that event is already scheduled.
 
     Source: Agenda.periods.
@@ -69,7 +69,7 @@ def test_another_period_counts_from_the_next_event_on() -> None:
     assert [now_us for now_us, _ in seen] == [0, 5, 12, 19]
 
 
-def test_repeated_events_go_on_after_a_restore() -> None:
+def test_repeated_events_continue_after_a_restore() -> None:
     """After its snapshot is restored, an agenda runs the same events again.
 
     Source: Agenda.snapshot.

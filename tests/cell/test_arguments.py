@@ -115,7 +115,7 @@ def test_a_cell_is_built_with_whole_numbers(
         _build(repository, tmp_path, **options)
 
 
-def test_two_programs_of_a_robot_cannot_have_one_name(tmp_path: Path) -> None:
+def test_two_programs_of_a_robot_cannot_have_the_same_name(tmp_path: Path) -> None:
     """Two programs of the same name are rejected: a remote command selects a program by name.
 
     Source: guide 4.6.1, program_name.

@@ -62,7 +62,7 @@ def test_the_plc_is_connected_as_long_as_packets_come() -> None:
     assert not network.plc_connected(101_000)
 
 
-def test_a_restart_of_the_robot_is_noticed_by_the_plc_however_short_it_is() -> None:
+def test_the_plc_notices_even_a_short_restart_of_the_robot() -> None:
     """After a restart, the robot's adapter has no connection.
 
     The PLC opens a new one after its time-out.
@@ -92,7 +92,7 @@ def test_a_restart_of_the_robot_is_noticed_by_the_plc_however_short_it_is() -> N
     assert link.robot_read() == NEW
 
 
-def test_a_packet_without_delay_arrives_when_it_is_produced_but_never_before_an_older_one() -> None:
+def test_a_packet_without_delay_arrives_at_once_but_after_older_packets() -> None:
     """Packets arrive in the order in which they were sent, even if an earlier packet is delayed.
 
     Source: Timing.jitter_us.

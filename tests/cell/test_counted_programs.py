@@ -127,7 +127,7 @@ def test_lines_and_branches_are_counted(
     assert {item.text: item.hits for item in result.branches} == branches
 
 
-def test_what_is_missing_is_listed_as_for_structured_text(tmp_path: Path) -> None:
+def test_missing_lines_and_branches_are_listed(tmp_path: Path) -> None:
     """Lines 2 and 3 are not executed, so the report lists them.
 
     The report lists the FALSE branch of line 5 separately, because this branch has no line.
@@ -144,7 +144,7 @@ def test_what_is_missing_is_listed_as_for_structured_text(tmp_path: Path) -> Non
     assert "BRDA:5,1,3,0" in records
 
 
-def test_a_reason_takes_lines_out(tmp_path: Path) -> None:
+def test_lines_with_a_reason_are_excluded(tmp_path: Path) -> None:
     """A comment `unreachable: reason` excludes its line, or the next line, from the report."""
     text = "END\nSGI0=1 ' unreachable: for later\n' unreachable: by hand only\n\nSGI0=2\nSGI0=3"
     result = _result(tmp_path, text)
@@ -179,7 +179,7 @@ def test_only_programs_in_files_below_the_folder_count(tmp_path: Path) -> None:
     assert collector.texts == []
 
 
-def test_a_snapshot_continues_to_count(tmp_path: Path) -> None:
+def test_a_restored_program_is_counted_as_well(tmp_path: Path) -> None:
     """A restored task executes line 2 a second time, and coverage counts both executions."""
     collector = Collector()
     master = _run(tmp_path, "WAIT SI(20)=1\nSGI0=1", collector=collector)

@@ -115,7 +115,7 @@ def test_the_program_reads_and_writes_the_controllers_areas(
 
 
 @pytest.mark.exhaustive
-def test_a_broken_rule_is_found_as_in_every_run(far: Build, program: Path) -> None:
+def test_a_broken_rule_is_reported_with_an_external_controller(far: Build, program: Path) -> None:
     """The monitor reports that SI(00) and SI(06) change together. Changes must be 100 ms apart.
 
     Source: manual chapter 5, 3.1
@@ -131,7 +131,7 @@ def test_a_broken_rule_is_found_as_in_every_run(far: Build, program: Path) -> No
 
 
 @pytest.mark.exhaustive
-def test_zeros_go_out_before_the_connection_is_closed(far: Build, adapter: Adapter) -> None:
+def test_zeros_are_sent_before_the_connection_is_closed(far: Build, adapter: Adapter) -> None:
     """The cell sends zeros, with SI(00) and SI(06) OFF, before it closes the connection.
 
     Source: manual chapter 1, 5.2
@@ -143,7 +143,9 @@ def test_zeros_go_out_before_the_connection_is_closed(far: Build, adapter: Adapt
     assert adapter.read_to_robot() == bytes(48)
 
 
-def test_the_program_sees_a_loss_and_reconnects(far: Build, adapter: Adapter, told: Told) -> None:
+def test_after_a_loss_the_program_is_connected_again(
+    far: Build, adapter: Adapter, told: Told
+) -> None:
     cell = far(timeout="200ms")
     cell.run_until(lambda: bool(cell["Main.Connected"]), within=_WITHIN)
     adapter.shared.link = LinkState.CUT
@@ -165,7 +167,7 @@ def test_inputs_are_cleared_at_a_loss_on_request(far: Build, adapter: Adapter) -
 
 
 @pytest.mark.exhaustive
-def test_another_size_is_refused_with_what_to_try(
+def test_another_size_is_refused_and_the_right_size_is_named(
     build_cell: Build, program: Path, adapter: Adapter
 ) -> None:
     """The message names the size that the controller has. Source: manual chapter 3, 1."""
@@ -189,7 +191,7 @@ def test_other_assemblies_are_requested(build_cell: Build, program: Path, adapte
 
 
 @pytest.mark.exhaustive
-def test_a_controller_that_has_a_master_is_left_to_it(
+def test_a_controller_with_another_master_is_refused(
     build_cell: Build, program: Path, adapter: Adapter
 ) -> None:
     host, port = adapter.address
@@ -202,7 +204,7 @@ def test_a_controller_that_has_a_master_is_left_to_it(
         assert master.read().connected
 
 
-def test_a_missing_controller_is_one_message(build_cell: Build, program: Path) -> None:
+def test_a_missing_controller_is_reported(build_cell: Build, program: Path) -> None:
     with Adapter(48, cyclic=0) as gone:
         where = Elsewhere(*gone.address)
     with pytest.raises(InputError, match="no connection to the EtherNet/IP adapter"):
@@ -228,12 +230,12 @@ def test_events_need_a_virtual_controller(far: Build, tmp_path: Path) -> None:
 
 
 @pytest.mark.exhaustive
-def test_its_properties_are_its_own(far: Build) -> None:
+def test_an_external_controller_cannot_be_configured(far: Build) -> None:
     with pytest.raises(InputError, match="an external controller cannot be configured"):
         far(robot=RobotConfig())
 
 
-def test_a_program_that_stops_is_not_sent_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_images_of_a_stopped_program_expire(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each image expires after the link's time-out or four scans, whichever is longer."""
     for scan, valid_us in (("10ms", 300_000), ("100ms", 400_000)):
         link = FarLink(48, Timing.make(scan=scan, timeout="300ms"), Elsewhere("127.0.0.1"))

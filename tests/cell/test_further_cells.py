@@ -61,7 +61,7 @@ def test_a_further_cell_is_not_compiled_again(
     assert len(made) == 1
 
 
-def test_a_further_cell_begins_as_the_first_one(program: Path) -> None:
+def test_a_further_cell_begins_in_the_initial_state(program: Path) -> None:
     with _cell(program) as cell:
         first = _state(cell)
         cell["Main.Part"] = 4
@@ -74,7 +74,7 @@ def test_a_further_cell_begins_as_the_first_one(program: Path) -> None:
         assert cell["Main.Seen"] == [1, 13, 3]
 
 
-def test_a_further_cell_begins_anew_after_an_error(program: Path) -> None:
+def test_after_an_error_a_further_cell_begins_in_the_initial_state(program: Path) -> None:
     with _cell(program) as cell:
         first = _state(cell)
         cell["Main.Part"] = 0
@@ -84,7 +84,7 @@ def test_a_further_cell_begins_anew_after_an_error(program: Path) -> None:
         assert _state(cell) == first
 
 
-def test_two_at_once_are_two(program: Path) -> None:
+def test_two_cells_at_the_same_time_are_independent(program: Path) -> None:
     with _cell(program) as one, _cell(program) as other:
         one.scan(3)
         assert (one["Main.Count"], other["Main.Count"]) == (37, 1)
@@ -93,7 +93,7 @@ def test_two_at_once_are_two(program: Path) -> None:
         assert (one["Main.Count"], other["Main.Count"]) == (1, 13)
 
 
-def test_a_closed_cell_does_not_reach_into_the_next(program: Path) -> None:
+def test_a_closed_cell_cannot_change_the_next_cell(program: Path) -> None:
     with _cell(program) as closed:
         pass
     with _cell(program) as cell:
@@ -105,7 +105,7 @@ def test_a_closed_cell_does_not_reach_into_the_next(program: Path) -> None:
         assert cell["Main.Count"] == 1
 
 
-def test_a_changed_source_is_compiled_anew(program: Path) -> None:
+def test_a_changed_source_is_compiled_again(program: Path) -> None:
     """A source with new content is compiled again, even if its time and its size are the same."""
     with _cell(program) as cell:
         assert cell["Main.Seen"] == [1, 2, 3]
@@ -116,7 +116,7 @@ def test_a_changed_source_is_compiled_anew(program: Path) -> None:
         assert cell["Main.Seen"] == [9, 2, 3]
 
 
-def test_a_source_that_comes_to_a_folder_or_goes_is_seen(tmp_path: Path) -> None:
+def test_added_and_removed_sources_of_a_folder_are_noticed(tmp_path: Path) -> None:
     """The next cell uses source files that were added to a folder, and no removed ones."""
     (tmp_path / "Main.st").write_text(
         _TEXT.format(first=1).replace("12 / Part", "FC_One()"), encoding="utf-8"

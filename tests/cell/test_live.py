@@ -62,7 +62,7 @@ def test_the_first_event_starts_the_clock(agenda: RealTimeAgenda, clock: Clock) 
     assert clock.now_us == 1_020_000
 
 
-def test_a_little_late_is_made_up_for(agenda: RealTimeAgenda, clock: Clock) -> None:
+def test_a_short_delay_is_made_up_for(agenda: RealTimeAgenda, clock: Clock) -> None:
     agenda.pop()
     clock.late(14_000)
     agenda.pop()
@@ -141,7 +141,7 @@ def test_the_demo_runs_over_cyclic_io_with_its_events_in_order(
     assert rises(cycles) == expected
 
 
-def test_the_command_line_runs_it_for_a_given_time(
+def test_the_command_runs_in_real_time_for_a_given_time(
     repository: Path, tmp_path: Path, capsys: Captured
 ) -> None:
     """A run of 0.2 s has 20 scans and 40 cycles even if the computer needs more than 0.2 s."""
@@ -194,7 +194,7 @@ def test_an_unplugged_cable_is_a_loss_of_the_link(cell: Cell) -> None:
 
 
 @pytest.mark.exhaustive
-def test_with_the_controllers_power_the_connection_goes_and_comes_again(cell: Cell) -> None:
+def test_a_power_cycle_of_the_controller_interrupts_the_connection(cell: Cell) -> None:
     cell.run_until(lambda: cell.connected and cell.robot.machine.link == "normal", within="20s")
     # A power cycle might be over before a busy computer checks, so the power stays off
     cell.inject("power_off")

@@ -146,7 +146,7 @@ def test_every_order_of_cells_gives_the_same_runs(project: Path, engine: str) ->
 
 
 @pytest.mark.exhaustive
-def test_a_run_after_others_is_that_of_a_process_of_its_own(project: Path) -> None:
+def test_a_run_after_other_runs_equals_a_run_in_a_new_process(project: Path) -> None:
     """A run after others equals a run in a new process. Source: docs/how-to/testing.md, `cell`."""
     for act in ("_has_other_points", "_loses_its_power", "_starts"):
         found = _run(project, act, "builtin")

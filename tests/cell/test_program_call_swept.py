@@ -172,7 +172,7 @@ def test_no_job_is_executed_twice_or_lost_and_the_next_one_is_done(way: str, fau
 
 
 @pytest.mark.exhaustive
-def test_over_ethernet_ip_the_same_bytes_go_over_the_wire(tmp_path: Path) -> None:
+def test_ethernet_ip_and_the_direct_link_have_the_same_areas(tmp_path: Path) -> None:
     """The direct link and EtherNet/IP have the same areas at the same virtual times."""
     (tmp_path / "JOBS.PGM").write_text(_jobs(), encoding="utf-8")
     robot = tmp_path / "robot.toml"
@@ -216,7 +216,7 @@ _SLIPS = {
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("slip", list(_SLIPS))
-def test_a_slip_in_the_robot_program_is_found(slip: str) -> None:
+def test_a_mistake_in_the_robot_program_is_found(slip: str) -> None:
     """The sweep reports each mistake that was put into JOBS.PGM, so the sweep can fail."""
     (before, after), way, fault, wrong = _SLIPS[slip]
     assert _jobs().count(before) == 1

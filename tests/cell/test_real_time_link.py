@@ -33,7 +33,7 @@ def eventually(link: RealTimeLink, condition: Callable[[], bool]) -> None:
     raise AssertionError("the condition was not true within 100,000 requests")
 
 
-def test_images_arrive_at_the_other_end_once_the_connection_is_open(link: RealTimeLink) -> None:
+def test_images_arrive_when_the_connection_is_open(link: RealTimeLink) -> None:
     assert isinstance(link, Link)
     assert (link.name, link.size) == ("enip-realtime", 48)
     assert link.scanner_read() == link.robot_read() == bytes(48)

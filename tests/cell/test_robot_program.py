@@ -68,7 +68,7 @@ def test_the_same_run_gives_the_same_trace(tmp_path: Path) -> None:
     assert first == second
 
 
-def test_after_a_snapshot_the_trace_names_the_lines_again() -> None:
+def test_after_a_restore_the_trace_names_the_lines_of_all_tasks() -> None:
     """The first cycle after `restore` names the line of each task, whatever was recorded before."""
     with _cell() as cell:
         cell.run("2s")
@@ -83,7 +83,7 @@ def test_after_a_snapshot_the_trace_names_the_lines_again() -> None:
         assert lines[0] == lines[1]
 
 
-def test_a_failed_test_tells_the_line_of_each_task() -> None:
+def test_a_failed_test_reports_the_line_of_each_task() -> None:
     """The report of a failed test names the line of each robot task."""
     with _cell() as cell:
         assert "robot task 1: PLACE ready" in state_of(cell)
@@ -91,7 +91,7 @@ def test_a_failed_test_tells_the_line_of_each_task() -> None:
         assert "robot task 1: PLACE:4 WAIT SI(20)=1" in state_of(cell).splitlines()
 
 
-def test_a_snapshot_in_the_middle_of_a_movement_continues_alike() -> None:
+def test_a_controller_restored_during_a_movement_repeats_it() -> None:
     """A controller that is restored during a movement repeats the rest of the movement exactly."""
     with _cell() as cell:
         cell.run_until(lambda: cell.robot.machine.motion.under_way, within="4s")
@@ -112,7 +112,7 @@ def test_a_snapshot_in_the_middle_of_a_movement_continues_alike() -> None:
         assert len({places for places, _, _ in ways[0]}) > 10
 
 
-def test_a_place_that_the_robot_does_not_know_ends_its_program() -> None:
+def test_an_unknown_place_ends_the_robot_program() -> None:
     """For an unknown place, the robot program sets SO(21) and ends."""
     with _cell() as cell:
         cell["Main.Place"] = 7

@@ -35,7 +35,7 @@ def test_a_variable_is_set_before_the_scan_at_that_time(cell: Cell, schedule: Sc
     assert [one.si[32] for one in cell.trace.scans()] == [0, 0, 1]
 
 
-def test_durations_stand_in_structures_and_arrays_too(tmp_path: Path) -> None:
+def test_durations_can_be_set_in_structures_and_arrays(tmp_path: Path) -> None:
     """Durations can be set in structures and arrays. Other members keep their values."""
     program = tmp_path / "Timed.st"
     program.write_text(
@@ -59,7 +59,7 @@ def test_durations_stand_in_structures_and_arrays_too(tmp_path: Path) -> None:
     assert (settle.total_seconds(), name, waits) == (0.05, "5ms", [1, 0.002, 0.000003])
 
 
-def test_entries_may_stand_in_any_order(cell: Cell, schedule: Schedule) -> None:
+def test_entries_may_have_any_order(cell: Cell, schedule: Schedule) -> None:
     schedule(
         '[[at]]\ntime = "20ms"\nset = { "Main.Data" = 2 }\n'
         '[[at]]\ntime = "10ms"\nset = { "Main.Data" = 1 }\n'
@@ -69,7 +69,7 @@ def test_entries_may_stand_in_any_order(cell: Cell, schedule: Schedule) -> None:
     assert [one.si[2] for one in cell.trace.scans()] == [0, 1, 3]
 
 
-def test_an_event_happens_to_the_robot(cell: Cell, schedule: Schedule) -> None:
+def test_an_event_is_injected_into_the_robot(cell: Cell, schedule: Schedule) -> None:
     """The event `alarm` at 50 ms turns SO(03) ON in the same cycle.
 
     Source: manual chapter 5, 2.

@@ -44,7 +44,7 @@ def _cell(name: str, link: str = "direct", trace: Path | None = None) -> Cell:
     return cell
 
 
-def test_a_tray_is_unloaded_and_a_part_that_is_not_gripped_is_left() -> None:
+def test_a_tray_is_unloaded_except_for_a_part_that_is_not_gripped() -> None:
     """If the vacuum switch DI(20) is OFF at the first part only, 5 of 6 parts reach the belt."""
     with _cell("unloading") as cell:
         robot = cell.robot
@@ -64,7 +64,7 @@ def test_a_tray_is_unloaded_and_a_part_that_is_not_gripped_is_left() -> None:
         assert cell["Main.Fault"] == 0
 
 
-def test_the_plc_names_positions_and_learns_of_a_refused_one() -> None:
+def test_the_plc_sends_positions_and_receives_the_alarm_of_a_refused_one() -> None:
     """The third position is beyond the soft limit, so the robot has alarm 2.334.
 
     The robot program sends the number 334 to the PLC.

@@ -83,7 +83,7 @@ def test_a_trace_has_all_values_and_types(watched: Build, engine: str, tmp_path:
     }
 
 
-def test_a_trace_without_watched_variables_says_nothing_of_them(watched: Build) -> None:
+def test_a_trace_without_watched_variables_has_no_values(watched: Build) -> None:
     cell = watched()
     cell.run("20ms")
     assert not any('"watch"' in line or '"vars"' in line for line in cell.trace.lines())
@@ -144,7 +144,7 @@ def test_a_mistyped_name_gets_suggestions(watched: Build, pattern: str, message:
     assert message in str(caught.value)
 
 
-def test_global_variables_are_found_alone_or_behind_the_name_of_their_list(
+def test_global_variables_are_found_with_and_without_their_list(
     build_cell: Build, tmp_path: Path
 ) -> None:
     files = {
@@ -183,7 +183,7 @@ def test_a_chart_has_a_lane_for_each_member_and_element(watched: Build, engine: 
     assert set(at["Main.Connected"]) == {"▔"}
 
 
-def test_variables_that_always_change_make_no_columns(watched: Build) -> None:
+def test_variables_that_change_in_each_scan_add_no_columns(watched: Build) -> None:
     """Scans and Blink change in each scan and add no columns. State adds a column at 20 ms."""
     cell = watched("Main.Scans,Main.Blink,Main.State", robot=RobotConfig(boot_time=0.0))
     timeline = Timeline(cell.trace)
@@ -196,7 +196,7 @@ def test_variables_that_always_change_make_no_columns(watched: Build) -> None:
     assert "╳3─" in line, "the value at the time of the column"
 
 
-def test_alone_it_makes_columns_after_all(watched: Build) -> None:
+def test_a_single_changing_variable_adds_columns(watched: Build) -> None:
     timeline = Timeline(watched("Main.Scans").trace)
     for k in range(100):
         timeline.take(Scan(k, k, bytes(48), bytes(48), {"Main.Scans": k}))
@@ -206,7 +206,7 @@ def test_alone_it_makes_columns_after_all(watched: Build) -> None:
 @pytest.mark.parametrize(
     "pattern", ["Main.*a*a*a*a*a*a*a*a*a*a*a*a*a*a*a*b", "Main." + "*?" * 15 + "*"]
 )
-def test_a_pattern_of_thirty_stars_is_compared_once(watched: Build, pattern: str) -> None:
+def test_a_pattern_of_thirty_stars_is_compared_quickly(watched: Build, pattern: str) -> None:
     """The comparison with a pattern of thirty stars ends quickly.
 
     A regular expression would try all ways to divide the name among the stars.
