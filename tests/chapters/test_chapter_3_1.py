@@ -58,7 +58,7 @@ def test_to_connect_the_master_module_must_operate() -> None:
 def test_to_connect_master_and_controller_must_have_the_same_size_48_or_256_bytes(
     start: Start, robot: int, plc: int, connected: bool
 ) -> None:
-    """The size is 48 bytes with SIOW extension invalid, and 256 bytes with it valid.
+    """The controller has 48 bytes if the parameter SIOW extension is invalid, otherwise 256 bytes.
 
     Source: manual chapter 3, 1.
     """
@@ -185,7 +185,7 @@ def test_incorrectly_connected_the_safety_connector_is_always_valid(start: Start
 def test_incorrectly_connected_the_stop_of_a_parallel_board_is_enabled_unless_disabled(
     start: Start, board: str, stops: bool
 ) -> None:
-    """The stop is enabled as soon as the connection exists. Source: manual chapter 3, 1."""
+    """The stop takes effect as soon as the connection exists. Source: manual chapter 3, 1."""
     cell = start(parallel_io=board, parallel_stop=False)
     cell.cell.inject("link_down")
     cell.run("500ms")

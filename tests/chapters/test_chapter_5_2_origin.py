@@ -27,7 +27,7 @@ def test_si14_returns_incremental_and_semi_absolute_axes(start: Start) -> None:
 
 
 def test_at_si14_incremental_axes_return_and_semi_absolute_axes_search(start: Start) -> None:
-    """After the return-to-origin an axis is at 0; after the search it is where it was before.
+    """After SI(14) the incremental axis is at 0. The semi-absolute axis is where it was before.
 
     Source: manual chapter 5, 2, SI(14)
     """
@@ -114,7 +114,7 @@ def test_with_abs_nothing_moves_while_a_mark_axis_is_not_complete(start: Start) 
 def test_with_abs_org_si17_performs_the_return_of_the_axis_types_that_are_there(
     start: Start, axes: tuple[Axis, ...], positions: list[int]
 ) -> None:
-    """Robots have only absolute axes, only other axes (a semi-absolute one searches), or all types.
+    """SI(17) returns all axes of a robot, whatever their types. A semi-absolute axis searches.
 
     Source: manual chapter 5, 2, SI(17), ABS/ORG
     """
@@ -137,7 +137,7 @@ def test_with_abs_org_and_mixed_axes_the_absolute_ones_go_before_the_others(star
 
 
 def test_si17_can_serve_as_both_inputs_of_older_robots(start: Start) -> None:
-    """One input serves all axes (ABS/ORG), as in older controllers.
+    """In the mode ABS/ORG, SI(17) alone performs the return-to-origin of all axes.
 
     Source: manual chapter 5, 2, SI(17), first note
     """
@@ -147,7 +147,7 @@ def test_si17_can_serve_as_both_inputs_of_older_robots(start: Start) -> None:
 
 
 def test_with_si17_for_both_the_absolute_axes_return_each_time_the_others_do(start: Start) -> None:
-    """The absolute axes return although they have their origin.
+    """In the mode ABS/ORG, absolute axes return to origin again although their origin is complete.
 
     Source: manual chapter 5, 2, SI(17), second note.
     """
@@ -159,7 +159,7 @@ def test_with_si17_for_both_the_absolute_axes_return_each_time_the_others_do(sta
 
 
 def test_with_mixed_axes_si17_and_si14_each_for_its_type_is_recommended(start: Start) -> None:
-    """With an input for each type, absolute axes do not move together with the others.
+    """If SI(17) serves absolute axes and SI(14) the others, SI(14) does not move absolute axes.
 
     Source: manual chapter 5, 2, SI(17), last note
     """

@@ -1,4 +1,4 @@
-"""The contract runs detect faults: each copy of the library has a fault that a run must report."""
+"""The contract runs report each fault that was put into a copy of the library."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _IDLE = "  IF NOT (Execute OR Busy OR Done OR Error) THEN\n"
 
 
 def _told(lib: Path, block: str) -> Iterator[str]:
-    """Return the message of each failing case."""
+    """Run all cases of a block, and yield the message of each failing case."""
     bench = ContractBench(block, sorted(lib.rglob("*.st")))
     for case in cases(block):
         try:

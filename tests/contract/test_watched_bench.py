@@ -1,4 +1,4 @@
-"""The bench without a robot, which most tests of single blocks use, also checks the contract."""
+"""PlcBench, which simulates no robot, checks the contract of the blocks in every test."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Panels have texts for every alarm, error and name in both languages, and no others."""
+"""The panel texts cover every alarm, error and name, in each language."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def plc(request: pytest.FixtureRequest) -> Program:
 
 
 def _shown(plc: Program, block: str, **inputs: object) -> tuple[bool, dict[str, str]]:
-    """Return Known and the lines of a text, with its bytes decoded as UTF-8."""
+    """Run a text block, and return its output Known and the lines of its text, decoded as UTF-8."""
     for name, value in inputs.items():
         plc.write(f"Main.{name}", value)
     plc.scan(0)
@@ -61,7 +61,7 @@ def _shown(plc: Program, block: str, **inputs: object) -> tuple[bool, dict[str, 
 
 
 def _joined(first: str, second: str) -> str:
-    """Join two lines to the text from which they were made, without spaces."""
+    """Join the two lines of a text and remove all spaces."""
     return (first + second).replace(" ", "")
 
 
@@ -158,7 +158,10 @@ def test_each_remote_command_has_its_name_whatever_the_robot(plc: Program) -> No
 
 
 def test_a_code_that_is_no_command_has_no_name(plc: Program) -> None:
-    """16#0000 is the status reset, which blocks do not send as a command. Source: guide 4.1."""
+    """A code without a command gives an empty name, as does the status reset 16#0000.
+
+    Source: guide 4.1.
+    """
     for code in (0x0000, 0x1000, 0x0005, 0x0FFF, 0x0700 + 0x50):
         plc.write("Main.Code", 0x0001)
         plc.scan(0)
@@ -180,7 +183,7 @@ def test_each_dedicated_bit_has_the_name_of_the_manual_and_no_other_number_has_o
             assert plc.read("Main.Signal") == names.get(number, ""), hex(number)
 
 
-# ---- the texts in ST
+# ---- the generated texts in structured text
 
 
 @pytest.mark.parametrize("path", text_files())
@@ -228,7 +231,7 @@ def test_bytes_beyond_ascii_are_escapes_and_what_would_belong_to_them_too(
 
 
 def test_the_table_for_panels_has_every_alarm_error_command_and_signal() -> None:
-    """The status reset is not listed, because a panel never shows it."""
+    """The table for panels is complete. The status reset is left out, because no panel shows it."""
     text = (ROOT / "docs/reference/texts.csv").read_text(encoding="utf-8-sig")
     rows = list(csv.DictReader(io.StringIO(text)))
     counts: dict[str, int] = {}

@@ -1,6 +1,6 @@
 """FB_CommandRecorder records events and detects faults.
 
-The test plays the robot: it writes RCX_REF as FB_ReadArea and FB_WriteArea would.
+The test writes RCX_REF as FB_ReadArea and FB_WriteArea do in a real program.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from recorder_bench import Recorder, connected, short
 
 @pytest.fixture
 def recorder() -> Recorder:
-    """Return a recorder after Connected and CPU_OK, with one row in its log: SO(01)."""
+    """Return a recorder with a connection and CPU_OK. Its log has two rows: the link and SO(01)."""
     return connected()
 
 
@@ -26,7 +26,7 @@ def recorder() -> Recorder:
 def test_a_command_is_kept_at_its_end_with_its_status_and_how_long_it_was_out(
     recorder: Recorder,
 ) -> None:
-    """The command is out in the scans at 20, 30 and 40 ms, and ends in the scan at 50 ms.
+    """An entry has the command's end time and duration: sent at 20, 30 and 40 ms, ended at 50 ms.
 
     Source: guide chapter 2.
     """
@@ -61,7 +61,10 @@ def test_the_command_that_is_out_is_shown_with_its_time(recorder: Recorder) -> N
 def test_an_abnormal_end_brings_its_alarm_and_is_a_fault_with_the_words_of_the_command(
     recorder: Recorder,
 ) -> None:
-    """Source: guide chapter 1, 1.2, code 0x4000; 0x0002 and 0x014E are 2.334."""
+    """An abnormal end is a fault with its alarm (0x0002 and 0x014E are 2.334) and its data.
+
+    Source: guide chapter 1, 1.2, code 0x4000.
+    """
     data = [4, 0, 50, 19, *range(11)]
     recorder["Robot.Inner.Data"] = data
     recorder.command(0x4000, Response=[2, 334, *[0] * 13])
@@ -73,7 +76,10 @@ def test_an_abnormal_end_brings_its_alarm_and_is_a_fault_with_the_words_of_the_c
 
 
 def test_only_an_abnormal_end_has_an_alarm(recorder: Recorder) -> None:
-    """The words of a normal end are its response. Source: guide chapter 1, 1.2."""
+    """After a normal end the entry has no alarm, because the words are a response.
+
+    Source: guide chapter 1, 1.2.
+    """
     recorder.command(0x0200, Response=[2, 334, *[0] * 13])
     assert (recorder["Rows"][0]["Group"], recorder["Rows"][0]["Category"]) == (0, 0)
 
@@ -85,13 +91,13 @@ def test_only_an_abnormal_end_has_an_alarm(recorder: Recorder) -> None:
 def test_a_stop_is_no_fault_but_every_other_alarm_is(
     recorder: Recorder, group: int, category: int, fault: bool
 ) -> None:
-    """Source: guide 4.2.6: a jog ends abnormally by the stop input, 0x000C and 0x0190."""
+    """Alarm 12.400 is not a fault, because a stop input ends a jog with it. Source: guide 4.2.6."""
     recorder.command(0x4000, Response=[group, category, *[0] * 13])
     assert (recorder["Fault"]["Kind"] == "LOG_COMMAND") is fault
 
 
 def test_a_continuous_output_that_the_plc_ends_is_no_fault(recorder: Recorder) -> None:
-    """Source: guide 4.7.4: it has no end status; the status is still 0x0100."""
+    """A continuous output that ends with status 0x0100 is not a fault. Source: guide 4.7.4."""
     recorder.command(0x0100, code=0x0505)
     assert recorder.rows()[0] == ("LOG_COMMAND", 0x0505, 0x0100)
     assert recorder["Fault"]["Kind"] == "LOG_NOTHING"
@@ -108,7 +114,10 @@ def test_a_continuous_output_that_the_plc_ends_is_no_fault(recorder: Recorder) -
 def test_a_command_without_an_end_has_the_error_id_that_its_block_has(
     recorder: Recorder, change: dict[str, Any], result: int
 ) -> None:
-    """Source: docs/reference/errors.md, 16#8014, 16#8002 and 16#8001."""
+    """A command that ends without an end status is logged with the ErrorID of its cause.
+
+    Source: docs/reference/errors.md, 16#8014, 16#8002 and 16#8001.
+    """
     recorder.command(0x0000, **change)
     ends = [row for row in recorder.rows() if row[0] == "LOG_COMMAND"]
     assert ends == [("LOG_COMMAND", 0x1001, result)]
@@ -142,7 +151,10 @@ _BITS = [
 def test_each_change_of_a_dedicated_bit_is_kept_by_the_number_of_the_manual(
     recorder: Recorder, direction: str, signal: spec.Signal
 ) -> None:
-    """Source: manual chapter 5, 2."""
+    """Each change of a dedicated bit is one entry with the bit's number.
+
+    Source: manual chapter 5, 2.
+    """
     kind = {"SO": "LOG_OUTPUT", "SI": "LOG_INPUT"}[direction]
     number = int(signal.short[2:], 16)
     path = f"Robot.{direction}.{signal.name}"
@@ -179,7 +191,10 @@ def test_several_changes_in_one_scan_are_kept_in_the_order_of_their_numbers(
 def test_without_a_link_outputs_are_not_believed_and_afterwards_only_real_changes_are_kept(
     recorder: Recorder,
 ) -> None:
-    """Source: manual chapter 1, 5: no communication in the error state."""
+    """Without a link, changes of outputs are not recorded.
+
+    Source: manual chapter 1, 5: no communication in the error state.
+    """
     recorder["Robot.Connected"] = False
     recorder["Robot.SO.SO01_CpuOk"] = False
     recorder.change("Robot.SI.SI06_Stop", to=True, scans=3)
@@ -195,7 +210,7 @@ def test_without_a_link_outputs_are_not_believed_and_afterwards_only_real_change
 def test_without_a_link_inputs_are_still_believed_and_outputs_stay_as_they_were(
     recorder: Recorder,
 ) -> None:
-    """FB_WriteArea itself switches inputs OFF when the link is lost.
+    """When the link is lost, FB_WriteArea turns inputs OFF. These changes are recorded.
 
     Source: manual chapter 1, 5: SI(00) and SI(06) are OFF in the error state.
     """
@@ -210,7 +225,9 @@ def test_without_a_link_inputs_are_still_believed_and_outputs_stay_as_they_were(
 
 
 def test_what_is_on_when_the_link_comes_is_kept_but_is_no_fault() -> None:
-    """Until SI(00) is ON, the controller is in emergency stop with alarm 12.600.
+    """Outputs that are ON when the link starts are recorded, but are not faults.
+
+    Until SI(00) is ON, the controller is in emergency stop with alarm 12.600.
 
     Source: manual chapter 5, 3.1
     """
@@ -261,5 +278,5 @@ def test_the_blocks_only_look(block: str) -> None:
     before = alone["Robot"]
     alone.scan(100_000)
     assert isinstance(before, dict)
-    before["Inner"]["Scan"] += 1  # only the scan number changes
+    before["Inner"]["Scan"] += 1  # the block may change the scan number, but nothing else
     assert alone["Robot"] == before

@@ -1,4 +1,4 @@
-"""FB_EntryText describes an entry of the recorder in words."""
+"""FB_EntryText gives the texts that describe an entry of FB_CommandRecorder."""
 
 from __future__ import annotations
 
@@ -46,7 +46,10 @@ def _told(kind: str, number: int, result: int, alarm: tuple[int, int] = (0, 0)) 
 def test_an_entry_has_a_subject_and_a_fault_its_text(
     entry: tuple[str, int, int], subject: str, name: str
 ) -> None:
-    """Source: docs/how-to/diagnosis.md, docs/reference/errors.md; manual chapter 5, 2."""
+    """Each entry has a text for its subject, and only a fault has a text for its error.
+
+    Source: docs/how-to/diagnosis.md, docs/reference/errors.md; manual chapter 5, 2.
+    """
     block = _told(*entry)
     assert block["Block.Subject"] == subject
     assert block["Block.Text.Name"] == name
@@ -54,7 +57,10 @@ def test_an_entry_has_a_subject_and_a_fault_its_text(
 
 
 def test_an_abnormal_end_has_the_text_of_its_alarm() -> None:
-    """Source: guide 1.1: 0x0002 and 0x014E are "soft limit over"."""
+    """The entry of a command that ended with alarm 2.334 has the text of this alarm.
+
+    Source: guide 1.1: 0x0002 and 0x014E are "soft limit over".
+    """
     block = _told("LOG_COMMAND", 0x1001, 0x4000, (2, 334))
     assert block["Block.Subject"] == "MovePtp"
     assert block["Block.Text.Name"] == "Over soft limit"

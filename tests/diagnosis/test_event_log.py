@@ -1,6 +1,6 @@
-"""FB_EventLog has a ring of entries that can freeze, and shows it to a panel.
+"""FB_EventLog stores entries in a ring buffer, shows them to a panel, and can freeze.
 
-The tests access it through FB_CommandRecorder, which owns it.
+The tests use the FB_EventLog inside FB_CommandRecorder.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from recorder_bench import Recorder, connected, short
 
 @pytest.fixture
 def recorder() -> Recorder:
-    """Return a recorder after Connected and CPU_OK, with one row in its log: SO(01)."""
+    """Return a recorder with a connection and CPU_OK. Its log has two rows: the link and SO(01)."""
     return connected()
 
 
@@ -55,7 +55,7 @@ def test_rows_beyond_the_log_are_empty(recorder: Recorder, first: int, shown: li
 
 
 def test_a_smaller_log_keeps_fewer_entries() -> None:
-    """Source: RCX_LOG: LogSize is the number of its entries."""
+    """With LogSize = 3 the log keeps the three newest entries. Source: RCX_LOG."""
     recorder = Recorder()
     recorder["LogSize"] = 3
     recorder.change("Robot.Connected", to=True)
