@@ -260,7 +260,7 @@ def test_without_a_connection_at_power_on_the_stop_of_a_parallel_board_works_unl
     assert cell.robot.machine.stopped is stops
 
 
-def test_communication_is_enabled_when_a_connection_that_never_was_comes(start: Start) -> None:
+def test_communication_is_enabled_with_the_first_connection_after_power_on(start: Start) -> None:
     """When the first connection is made, the alarm disappears. Servo on needs no alarm reset.
 
     Source: manual chapter 1, 5, 3, note

@@ -111,7 +111,7 @@ def test_with_abs_nothing_moves_while_a_mark_axis_is_not_complete(start: Start) 
         ((ABSOLUTE, INCREMENTAL, SEMI), [0, 0, 700]),
     ],
 )
-def test_with_abs_org_si17_performs_the_return_of_the_axis_types_that_are_there(
+def test_with_abs_org_si17_performs_the_return_of_all_axis_types(
     start: Start, axes: tuple[Axis, ...], positions: list[int]
 ) -> None:
     """SI(17) returns all axes of a robot, whatever their types. A semi-absolute axis searches.
@@ -124,7 +124,7 @@ def test_with_abs_org_si17_performs_the_return_of_the_axis_types_that_are_there(
     assert all(cell.robot.origins)
 
 
-def test_with_abs_org_and_mixed_axes_the_absolute_ones_go_before_the_others(start: Start) -> None:
+def test_with_abs_org_the_absolute_axes_move_before_the_other_axes(start: Start) -> None:
     """Source: manual chapter 5, 2, SI(17), ABS/ORG."""
     cell = start(axes=(INCREMENTAL, SEMI, ABSOLUTE), origin_complete=False).servo_on()
     cell["Axes"] = "ORIGIN_ABSOLUTE"
@@ -146,7 +146,7 @@ def test_si17_can_serve_as_both_inputs_of_older_robots(start: Start) -> None:
     assert cell.on("SO11")
 
 
-def test_with_si17_for_both_the_absolute_axes_return_each_time_the_others_do(start: Start) -> None:
+def test_with_abs_org_si17_returns_absolute_axes_each_time(start: Start) -> None:
     """In the mode ABS/ORG, absolute axes return to origin again although their origin is complete.
 
     Source: manual chapter 5, 2, SI(17), second note.
@@ -158,7 +158,7 @@ def test_with_si17_for_both_the_absolute_axes_return_each_time_the_others_do(sta
     assert cell.robot.positions[0] == 0
 
 
-def test_with_mixed_axes_si17_and_si14_each_for_its_type_is_recommended(start: Start) -> None:
+def test_with_mixed_axes_si17_and_si14_are_used_separately(start: Start) -> None:
     """If SI(17) serves absolute axes and SI(14) the others, SI(14) does not move absolute axes.
 
     Source: manual chapter 5, 2, SI(17), last note

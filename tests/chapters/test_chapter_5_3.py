@@ -77,7 +77,7 @@ def test_the_interval_holds_between_changes_of_different_dedicated_inputs() -> N
     assert len(master.texts()) == 1
 
 
-def test_the_interval_holds_also_where_a_dedicated_output_has_answered(start: Start) -> None:
+def test_the_interval_holds_even_if_the_controller_answers_earlier(start: Start) -> None:
     """Although SO(02) is ON after 5 ms, SI(01) stays ON for 100 ms or more.
 
     Source: manual chapter 5, 3.1, caution
@@ -100,7 +100,7 @@ def test_initial_servo_on_after_power_on(start: Start) -> None:
     assert cell.steps_of("ServoOn") == ["SI01 ON", "SO02 ON", "SI01 OFF"]
 
 
-def test_servo_on_is_answered_if_it_is_not_the_emergency_stop_state(start: Start) -> None:
+def test_servo_on_is_not_answered_in_the_emergency_stop_state(start: Start) -> None:
     """In the emergency stop state, the block rejects servo ON; the controller ignores SI(01).
 
     Source: manual chapter 5, 3.1, initial servo ON process

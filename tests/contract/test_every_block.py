@@ -20,13 +20,13 @@ def test_there_are_more_than_ten_thousand_cases() -> None:
     assert sum(len(cases(block)) for block in BLOCKS) > 10_000
 
 
-def test_no_case_is_there_twice() -> None:
+def test_no_case_occurs_twice() -> None:
     for block in ("FB_ReadPoint", "FB_ServoOn", "FB_PowerUp", "FB_Jog", "FB_Status"):
         told = [str(case) for case in cases(block)]
         assert len(set(told)) == len(told), block
 
 
-def test_every_command_block_and_every_sequence_is_there() -> None:
+def test_every_command_block_and_every_sequence_is_tested() -> None:
     """The contract is tested for all blocks with Execute or Enable in the library's folders."""
     assert {*BLOCKS} == {*library().edge, *library().level}
     assert len(BLOCKS) > 100

@@ -189,7 +189,7 @@ def _each(engine: str, judge: Callable[[Places, str], None]) -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("place", PLACES)
-def test_a_block_that_begins_out_of_place_ends_in_that_call_and_nothing_goes_out(
+def test_a_block_that_starts_out_of_place_ends_at_once_and_sends_nothing(
     engine: str, place: str
 ) -> None:
     """A block that starts at a wrong place ends with 16#8017 in this call.
@@ -222,7 +222,7 @@ def test_a_block_that_begins_out_of_place_ends_in_that_call_and_nothing_goes_out
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize("also", [False, True], ids=["moved", "twice"])
-def test_a_block_that_is_called_out_of_place_while_it_is_busy_ends_and_nothing_more_goes_out(
+def test_a_busy_block_that_is_called_out_of_place_ends_and_sends_nothing_more(
     engine: str, place: str, also: bool
 ) -> None:
     """A busy block that is called at a wrong place ends with 16#8017.
@@ -259,7 +259,7 @@ def test_a_block_that_is_called_out_of_place_while_it_is_busy_ends_and_nothing_m
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_block_that_is_put_back_into_its_place_works_with_a_new_edge_and_only_once(
+def test_a_block_in_its_place_again_starts_once_at_the_next_edge(
     engine: str,
 ) -> None:
     """A block that is called at its right place again starts once, at the next rising edge.

@@ -30,7 +30,9 @@ def test_a_right_block_passes() -> None:
 
 
 @pytest.mark.exhaustive
-def test_a_broken_block_is_found_wherever_it_is_used(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_broken_block_is_found_in_every_test_with_a_bench(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     right = "ELSIF NOT Execute OR NOT WasExecute THEN"
     with broken_library("core/FB_RcxJob.st", right, "ELSIF Execute AND NOT WasExecute THEN") as lib:
         monkeypatch.setattr(plc_bench, "LIBRARY", sorted(lib.rglob("*.st")))

@@ -148,7 +148,7 @@ def test_english_texts_are_plain_ascii_and_each_has_a_japanese_one() -> None:
         assert [row[key].isascii() for key in sorted(keys)] == [True, False] * (len(keys) // 2)
 
 
-def test_each_remote_command_has_its_name_whatever_the_robot(plc: Program) -> None:
+def test_each_remote_command_has_its_name_for_every_robot(plc: Program) -> None:
     """Source: guide 3, the table of commands."""
     for code, command in spec.commands().items():
         for robot in (0, 1, 4) if code else ():
@@ -157,7 +157,7 @@ def test_each_remote_command_has_its_name_whatever_the_robot(plc: Program) -> No
             assert plc.read("Main.Name") == command.name
 
 
-def test_a_code_that_is_no_command_has_no_name(plc: Program) -> None:
+def test_a_code_without_a_command_has_no_name(plc: Program) -> None:
     """A code without a command gives an empty name, as does the status reset 16#0000.
 
     Source: guide 4.1.
@@ -170,7 +170,7 @@ def test_a_code_that_is_no_command_has_no_name(plc: Program) -> None:
         assert plc.read("Main.Name") == "", hex(code)
 
 
-def test_each_dedicated_bit_has_the_name_of_the_manual_and_no_other_number_has_one(
+def test_only_dedicated_bits_have_names_and_the_names_are_those_of_the_manual(
     plc: Program,
 ) -> None:
     """Source: manual chapter 5, 2."""
@@ -187,7 +187,7 @@ def test_each_dedicated_bit_has_the_name_of_the_manual_and_no_other_number_has_o
 
 
 @pytest.mark.parametrize("path", text_files())
-def test_the_generated_files_are_current_and_say_so(path: str) -> None:
+def test_the_generated_files_are_current_and_marked_as_generated(path: str) -> None:
     text = text_files()[path]()
     assert (ROOT / path).read_bytes() == text.encode(), "run `make docs`"
     if path.endswith(".st"):
@@ -223,7 +223,7 @@ def test_a_text_that_does_not_fit_is_refused(text: str) -> None:
         ("あz8", "'$E3$81$82z8'"),
     ],
 )
-def test_bytes_beyond_ascii_are_escapes_and_what_would_belong_to_them_too(
+def test_bytes_beyond_ascii_and_hexadecimal_digits_after_them_are_escaped(
     text: str, expected: str
 ) -> None:
     """Source: IEC 61131-3, character strings: `$` and two hexadecimal digits are one byte."""

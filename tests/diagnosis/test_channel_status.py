@@ -73,7 +73,7 @@ def test_a_turn_is_counted_from_the_scan_in_which_it_is_first_seen(channel: str)
 
 
 @_BOTH
-def test_a_turn_that_is_never_given_back_stays_stuck(channel: str) -> None:
+def test_a_turn_that_never_ends_stays_stuck(channel: str) -> None:
     """A turn that never ends is Stuck, and its time is limited to less than 2^31 - 1 ms.
 
     Some PLCs store TIME in a DINT, so a larger value would overflow.
@@ -90,9 +90,7 @@ def test_a_turn_that_is_never_given_back_stays_stuck(channel: str) -> None:
     ("held", "then"), [(2_147_399_999, 2_147_400_009), (2_147_400_000, 2_147_400_000)]
 )
 @_BOTH
-def test_the_time_of_a_turn_stays_where_it_has_reached_its_end(
-    channel: str, held: int, then: int
-) -> None:
+def test_the_time_of_a_turn_stops_at_its_limit(channel: str, held: int, then: int) -> None:
     """The shown time of a turn stops at its limit, even after a reset of the longest turn.
 
     Source: head of RCX_TURN, 24 days.
@@ -129,7 +127,7 @@ def test_a_turn_that_comes_after_a_pause_begins_at_zero() -> None:
     ("serving", "following", "waiting"),
     [(0, 1, 0), (0, 4, 3), (65535, 0, 0), (65534, 2, 3), (5, 5, 0)],
 )
-def test_those_behind_the_holder_wait(
+def test_waiting_counts_the_tickets_after_the_holder(
     channel: str, serving: int, following: int, waiting: int
 ) -> None:
     """Waiting counts the tickets after the holder's ticket; 0 follows 65535.
@@ -145,7 +143,7 @@ def test_those_behind_the_holder_wait(
 
 
 @_BOTH
-def test_several_that_end_in_one_scan_leave_nobody_waiting(channel: str) -> None:
+def test_if_all_blocks_end_in_one_scan_no_block_waits(channel: str) -> None:
     """If the link is lost and all blocks end in one scan, no block holds the channel or waits."""
     block = Channels()
     block.change(f"Robot.Inner.{channel}.NextTicket", to=3)
@@ -155,7 +153,7 @@ def test_several_that_end_in_one_scan_leave_nobody_waiting(channel: str) -> None
 
 
 @_BOTH
-def test_the_turn_after_the_last_number_is_a_new_one(channel: str) -> None:
+def test_ticket_0_after_65535_is_a_new_turn(channel: str) -> None:
     """Ticket 0 after ticket 65535 begins a new turn with time 0. Source: RCX_CHANNEL."""
     block = Channels()
     block[f"Robot.Inner.{channel}.Serving"] = 65535
@@ -187,7 +185,7 @@ def test_a_turn_above_its_limit_is_stuck(channel: str, limit: int) -> None:
 
 @_BOTH
 @pytest.mark.parametrize(("limit", "stuck"), [(None, True), (0, False)])
-def test_the_limit_is_a_minute_and_zero_is_none(
+def test_the_default_limit_is_a_minute_and_zero_means_no_limit(
     channel: str, limit: int | None, stuck: bool
 ) -> None:
     block = Channels()
@@ -216,7 +214,7 @@ def test_the_longest_turn_is_kept_until_reset(channel: str) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_commands_take_turns_and_one_that_has_lost_its_block_is_an_orphan(engine: str) -> None:
+def test_commands_take_turns_and_a_command_without_its_block_is_an_orphan(engine: str) -> None:
     """Commands run one after the other. If the program stops calling a busy block, Orphan is TRUE.
 
     Source: guide chapter 2: a command is held to its end.
@@ -241,7 +239,7 @@ def test_commands_take_turns_and_one_that_has_lost_its_block_is_an_orphan(engine
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_sequence_is_shown_by_its_dedicated_input_and_the_log_tells_the_same_story(
+def test_a_sequence_is_shown_and_logged_by_its_dedicated_input(
     engine: str,
 ) -> None:
     """During servo on, the status shows SI(01); the log has the steps SI(01), SO(02), SI(01).
@@ -261,7 +259,7 @@ def test_a_sequence_is_shown_by_its_dedicated_input_and_the_log_tells_the_same_s
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_command_that_ends_abnormally_is_in_the_log_with_the_error_of_its_block(
+def test_a_command_that_ends_abnormally_is_logged_with_the_error_of_its_block(
     engine: str,
 ) -> None:
     """The log has the same alarm and error as the block. Source: guide chapters 1 and 2."""

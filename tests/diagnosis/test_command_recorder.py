@@ -23,7 +23,7 @@ def recorder() -> Recorder:
 # ---- commands
 
 
-def test_a_command_is_kept_at_its_end_with_its_status_and_how_long_it_was_out(
+def test_a_command_is_recorded_at_its_end_with_status_and_duration(
     recorder: Recorder,
 ) -> None:
     """An entry has the command's end time and duration: sent at 20, 30 and 40 ms, ended at 50 ms.
@@ -58,7 +58,7 @@ def test_the_command_that_is_out_is_shown_with_its_time(recorder: Recorder) -> N
     assert recorder["Rows"][0]["Duration"] == 50
 
 
-def test_an_abnormal_end_brings_its_alarm_and_is_a_fault_with_the_words_of_the_command(
+def test_an_abnormal_end_is_a_fault_with_its_alarm_and_the_data_of_the_command(
     recorder: Recorder,
 ) -> None:
     """An abnormal end is a fault with its alarm (0x0002 and 0x014E are 2.334) and its data.
@@ -88,7 +88,7 @@ def test_only_an_abnormal_end_has_an_alarm(recorder: Recorder) -> None:
     ("group", "category", "fault"),
     [(12, 400, False), (12, 401, True), (11, 400, True), (2, 334, True)],
 )
-def test_a_stop_is_no_fault_but_every_other_alarm_is(
+def test_every_alarm_except_a_stop_is_a_fault(
     recorder: Recorder, group: int, category: int, fault: bool
 ) -> None:
     """Alarm 12.400 is not a fault, because a stop input ends a jog with it. Source: guide 4.2.6."""
@@ -96,7 +96,7 @@ def test_a_stop_is_no_fault_but_every_other_alarm_is(
     assert (recorder["Fault"]["Kind"] == "LOG_COMMAND") is fault
 
 
-def test_a_continuous_output_that_the_plc_ends_is_no_fault(recorder: Recorder) -> None:
+def test_the_end_of_a_continuous_output_is_not_a_fault(recorder: Recorder) -> None:
     """A continuous output that ends with status 0x0100 is not a fault. Source: guide 4.7.4."""
     recorder.command(0x0100, code=0x0505)
     assert recorder.rows()[0] == ("LOG_COMMAND", 0x0505, 0x0100)
@@ -111,7 +111,7 @@ def test_a_continuous_output_that_the_plc_ends_is_no_fault(recorder: Recorder) -
         ({"Connected": False, "SO__SO01_CpuOk": False}, 0x8001),
     ],
 )
-def test_a_command_without_an_end_has_the_error_id_that_its_block_has(
+def test_a_command_without_an_end_status_has_the_error_id_of_its_block(
     recorder: Recorder, change: dict[str, Any], result: int
 ) -> None:
     """A command that ends without an end status is logged with the ErrorID of its cause.
@@ -148,7 +148,7 @@ _BITS = [
 @pytest.mark.parametrize(
     ("direction", "signal"), _BITS, ids=lambda part: getattr(part, "short", str(part))
 )
-def test_each_change_of_a_dedicated_bit_is_kept_by_the_number_of_the_manual(
+def test_each_change_of_a_dedicated_bit_is_recorded_with_its_number(
     recorder: Recorder, direction: str, signal: spec.Signal
 ) -> None:
     """Each change of a dedicated bit is one entry with the bit's number.
@@ -188,7 +188,7 @@ def test_several_changes_in_one_scan_are_kept_in_the_order_of_their_numbers(
     ]
 
 
-def test_without_a_link_outputs_are_not_believed_and_afterwards_only_real_changes_are_kept(
+def test_without_a_link_changes_of_outputs_are_not_recorded(
     recorder: Recorder,
 ) -> None:
     """Without a link, changes of outputs are not recorded.
@@ -207,7 +207,7 @@ def test_without_a_link_outputs_are_not_believed_and_afterwards_only_real_change
     assert short(recorder["Fault"]) == ("LOG_LINK", 0, 0)
 
 
-def test_without_a_link_inputs_are_still_believed_and_outputs_stay_as_they_were(
+def test_without_a_link_changes_of_inputs_are_recorded(
     recorder: Recorder,
 ) -> None:
     """When the link is lost, FB_WriteArea turns inputs OFF. These changes are recorded.
@@ -224,7 +224,7 @@ def test_without_a_link_inputs_are_still_believed_and_outputs_stay_as_they_were(
     assert recorder["Total"] == before + 2
 
 
-def test_what_is_on_when_the_link_comes_is_kept_but_is_no_fault() -> None:
+def test_outputs_that_are_on_when_the_link_starts_are_no_faults() -> None:
     """Outputs that are ON when the link starts are recorded, but are not faults.
 
     Until SI(00) is ON, the controller is in emergency stop with alarm 12.600.
@@ -266,7 +266,7 @@ def test_each_new_error_of_a_block_is_kept_and_is_a_fault(recorder: Recorder) ->
 
 
 @pytest.mark.parametrize("block", ["FB_CommandRecorder", "FB_ChannelStatus", "FB_DedicatedBits"])
-def test_the_blocks_only_look(block: str) -> None:
+def test_the_blocks_change_nothing_in_the_controllers_data(block: str) -> None:
     """Source: docs/how-to/diagnosis.md."""
     alone = Alone(block, {"Robot": "RCX_REF"})
     alone["Robot.Connected"] = True

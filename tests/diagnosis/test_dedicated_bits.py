@@ -24,7 +24,7 @@ def _block() -> Alone:
     ],
     ids=lambda part: getattr(part, "short", str(part)),
 )
-def test_each_bit_stands_where_it_stands_in_the_area(direction: str, signal: spec.Signal) -> None:
+def test_each_bit_has_the_same_position_as_in_the_area(direction: str, signal: spec.Signal) -> None:
     """Each bit has its number in the area. Source: manual chapter 5, 1, bytes 32 and 33."""
     block = _block()
     block.restart()

@@ -11,7 +11,7 @@ from structured_text.output.toml_files import load_toml
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_the_program_of_the_page_finds_what_went_wrong_and_goes_on_after_reset(engine: str) -> None:
+def test_the_program_of_the_page_records_a_fault_and_continues_after_reset(engine: str) -> None:
     """The program records alarm 2.334 for point 20, which is beyond the soft limit.
 
     After a reset it records further events. Source: guide 1.1.

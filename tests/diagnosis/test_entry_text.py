@@ -43,7 +43,7 @@ def _told(kind: str, number: int, result: int, alarm: tuple[int, int] = (0, 0)) 
         (("LOG_ERROR", 0, 0x8042), "Block", "Illegal speed"),
     ],
 )
-def test_an_entry_has_a_subject_and_a_fault_its_text(
+def test_an_entry_has_a_subject_and_a_fault_has_a_text(
     entry: tuple[str, int, int], subject: str, name: str
 ) -> None:
     """Each entry has a text for its subject, and only a fault has a text for its error.

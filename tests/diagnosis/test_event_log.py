@@ -19,7 +19,7 @@ def recorder() -> Recorder:
 # ---- the log
 
 
-def test_the_oldest_entries_make_room_and_a_page_shows_eight(recorder: Recorder) -> None:
+def test_the_oldest_entries_are_overwritten_and_a_page_shows_eight(recorder: Recorder) -> None:
     recorder.edges(10)
     assert recorder["Count"] == 12
     recorder.edges(30)
@@ -101,7 +101,7 @@ def test_a_fault_is_shown_also_while_the_log_is_frozen(recorder: Recorder) -> No
 
 
 @pytest.mark.parametrize("after", [0, 1, 3])
-def test_a_fault_freezes_the_log_once_so_many_more_entries_have_come(
+def test_a_fault_freezes_the_log_after_the_given_number_of_entries(
     recorder: Recorder, after: int
 ) -> None:
     recorder["FreezeOnFault"] = True
@@ -117,7 +117,7 @@ def test_a_fault_freezes_the_log_once_so_many_more_entries_have_come(
     assert recorder.rows()[after] == ("LOG_OUTPUT", 3, 1)
 
 
-def test_eight_more_entries_are_kept_unless_another_number_is_given(recorder: Recorder) -> None:
+def test_by_default_the_log_freezes_eight_entries_after_a_fault(recorder: Recorder) -> None:
     recorder["FreezeOnFault"] = True
     recorder.change("BlockError", to=0x8001)
     recorder.edges(20)
@@ -134,7 +134,7 @@ def test_a_second_fault_does_not_move_the_end(recorder: Recorder) -> None:
     assert short(recorder["Fault"]) == ("LOG_ERROR", 0, 0x8001)
 
 
-def test_without_the_wish_a_fault_does_not_freeze_the_log(recorder: Recorder) -> None:
+def test_without_freeze_on_fault_the_log_does_not_freeze(recorder: Recorder) -> None:
     recorder["After"] = 0
     recorder.change("BlockError", to=0x8001)
     recorder.edges(20)
@@ -150,7 +150,7 @@ def test_other_entries_do_not_freeze_the_log(recorder: Recorder) -> None:
     assert not recorder["Frozen"]
 
 
-def test_resume_forgets_the_fault_and_records_again(recorder: Recorder) -> None:
+def test_resume_clears_the_fault_and_records_again(recorder: Recorder) -> None:
     recorder["FreezeOnFault"] = True
     recorder["After"] = 0
     recorder["Robot.Inner.Data"] = [3] * 15

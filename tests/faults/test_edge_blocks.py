@@ -43,7 +43,7 @@ _BLOCKS = sorted(set(library().edge) & set(SCENARIOS))
     ]
 )
 @pytest.mark.parametrize("block", _BLOCKS)
-def test_a_block_comes_back_from_each_fault_once(block: str) -> None:
+def test_a_block_recovers_from_each_fault(block: str) -> None:
     """The block recovers from each fault in the middle of its work.
 
     Each answer of the controller is missing, late or withdrawn once.
@@ -56,7 +56,7 @@ def test_a_block_comes_back_from_each_fault_once(block: str) -> None:
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("fault", FAULTS)
 @pytest.mark.parametrize("block", _BLOCKS)
-def test_a_block_ends_lets_go_and_works_again(
+def test_a_block_ends_withdraws_its_requests_and_works_again(
     block: str,
     fault: str,
     record_property: Callable[[str, object], None],

@@ -89,7 +89,7 @@ _BLOCKS = sorted(set(library().level) & set(LEVELS))
 
 
 @pytest.mark.parametrize("block", _BLOCKS)
-def test_a_level_block_comes_back_from_each_fault_once(block: str) -> None:
+def test_a_level_block_recovers_from_each_fault(block: str) -> None:
     """The block recovers from each fault, which begins in scan 3.
 
     The patterns of Enable and the answers of the controller alternate from fault to fault.
@@ -104,7 +104,7 @@ def test_a_level_block_comes_back_from_each_fault_once(block: str) -> None:
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("enable", _ENABLES)
 @pytest.mark.parametrize("block", _BLOCKS)
-def test_a_level_block_is_valid_busy_or_in_error_and_comes_back(
+def test_a_level_block_is_valid_busy_or_in_error_and_recovers(
     block: str, enable: str, record_property: Callable[[str, object], None]
 ) -> None:
     """With Enable the block is always Valid, Busy or in Error.
