@@ -1,4 +1,4 @@
-"""`rcx check` reports errors of the front end and breaches of each portability rule."""
+"""`rcx check` reports errors in structured text and violations of each portability rule."""
 
 from __future__ import annotations
 
@@ -134,8 +134,9 @@ def test_a_line_that_is_one_text_may_be_longer_for_it_cannot_be_broken(tmp_path:
     assert not lint([write(tmp_path, "It", block("    t : STRING;\n", body))])
 
 
-#: Words that edition 3 of the standard reserves and edition 2 does not. Words that are keywords of
-#: this front end are left out, because they are an error before the portability rules are checked.
+#: Words that are reserved in edition 3 of IEC 61131-3, but not in edition 2. The list has no
+#: keywords of the built-in engine, because they are errors before the portability rules are
+#: checked.
 _NEW_WORDS = ["Abstract", "CHAR", "Char", "End_Class", "END_INTERFACE", "End_Method",
               "END_NAMESPACE", "Final", "Internal", "LDATE", "Ldate_And_Time", "Ldt", "Ltime",
               "LTIME_OF_DAY", "Ltod", "Null", "Overlap", "Override", "Private", "Protected",
@@ -144,7 +145,7 @@ _NEW_WORDS = ["Abstract", "CHAR", "Char", "End_Class", "END_INTERFACE", "End_Met
 
 @pytest.mark.parametrize("word", _NEW_WORDS)
 def test_reserved_words_of_edition_3_are_no_names(tmp_path: Path, word: str) -> None:
-    """A variable whose name is a type or keyword on newer PLCs does not compile on these PLCs.
+    """A name that is a type or keyword on newer PLCs does not compile there, so it is reported.
 
     Source: IEC 61131-3:2013, 6.1.2 and table 10.
     """
@@ -154,7 +155,7 @@ def test_reserved_words_of_edition_3_are_no_names(tmp_path: Path, word: str) -> 
     kind = f"TYPE\n  {word} : INT;\nEND_TYPE\n"
     called = block().replace("FB_It", word)
     for text in (variable, field, member, kind, called):
-        if text is member and word in ("Super", "This"):  # these words may be arguments here
+        if text is member and word in ("Super", "This"):  # Super and This are errors in this place
             with pytest.raises(InputError, match=f"It.st:2:19: {word} is a reserved word"):
                 lint([write(tmp_path, "It", text)])
             continue
@@ -179,7 +180,7 @@ def test_a_name_that_only_contains_such_a_word_is_one(tmp_path: Path, word: str)
     ],
 )
 def test_escaped_quotes_need_their_code(tmp_path: Path, text: str, columns: list[int]) -> None:
-    """Some compilers take the quote of `$'` as the end of the text.
+    """`$'` in a text is reported, because some compilers take its quote as the end of the text.
 
     Source: IEC 61131-3:2003, 2.2.2: $' and $27 are the same character.
     """
@@ -204,7 +205,10 @@ def test_the_library_has_rules_of_its_own(tmp_path: Path, text: str, finding: st
 def test_a_fault_of_matiec_is_a_warning_with_all_its_lines(
     tmp_path: Path, capsys: Captured
 ) -> None:
-    """The warning also appears without an installed matiec. Source: docs/reference/engines.md."""
+    """One warning names all lines, even if matiec is not installed.
+
+    Source: docs/reference/engines.md.
+    """
     text = "PROGRAM Main\nVAR V : STRING; END_VAR\n  V := 'a$Nb';\n  V := 'c$0Ad';\nEND_PROGRAM\n"
     file = write(tmp_path, "Main", text)
     assert main(["check", str(file)]) == 0
@@ -214,7 +218,10 @@ def test_a_fault_of_matiec_is_a_warning_with_all_its_lines(
 
 
 def test_a_program_that_matiec_cannot_compile_is_no_error(tmp_path: Path, capsys: Captured) -> None:
-    """Source: docs/reference/engines.md."""
+    """The exit code is 0, because the built-in engine runs the program.
+
+    Source: docs/reference/engines.md.
+    """
     text = "PROGRAM Main\nVAR V : STRING; END_VAR\n  V := 'a$Lb';\nEND_PROGRAM\n"
     file = write(tmp_path, "Main", text)
     assert main(["check", str(file)]) == 0
@@ -227,7 +234,7 @@ def test_a_program_that_matiec_cannot_compile_is_no_error(tmp_path: Path, capsys
 def test_a_block_of_the_library_is_proposed_for_an_unknown_one(
     wrong: str, tmp_path: Path, capsys: Captured
 ) -> None:
-    """Source: plc/lib."""
+    """The message for an unknown block proposes a similar block of plc/lib. Source: plc/lib."""
     file = write(tmp_path, "Main", f"PROGRAM Main\nVAR {wrong} END_VAR\nEND_PROGRAM\n")
     assert main(["check", str(file)]) == 2
     assert "did you mean FB_MovePtp" in capsys.readouterr().err
@@ -235,7 +242,7 @@ def test_a_block_of_the_library_is_proposed_for_an_unknown_one(
 
 @pytest.mark.exhaustive
 def test_no_fault_of_matiec_concerns_the_examples(repository: Path) -> None:
-    """Source: the examples' traces, which are the same on matiec."""
+    """No statement of the examples is affected by a fault of matiec, as their equal traces show."""
     folders = [file.parent for file in (repository / "plc" / "examples").rglob("*.st")]
     assert len(folders) > 15
     for folder in dict.fromkeys(folders):

@@ -82,7 +82,7 @@ def test_fit_extends_the_old_robot_file(trace: Path, tmp_path: Path, capsys: Cap
 
 
 def test_a_capture_of_packets_is_compared_as_a_trace_is(tmp_path: Path, capsys: Captured) -> None:
-    """Each 10 ms has a packet of the PLC and then the answer of the controller."""
+    """A capture gives the same result as a trace. It has one packet of each side every 10 ms."""
     master = RecordedMaster(servo_on_delay=80.0, host_version=0x0112)
     short_run(master)
     story = Story()
@@ -112,9 +112,9 @@ def test_a_capture_of_packets_is_compared_as_a_trace_is(tmp_path: Path, capsys: 
 
 
 def test_a_capture_of_256_bytes_is_compared_whole(tmp_path: Path, capsys: Captured) -> None:
-    """SOW(127), the last word, is 7 in the capture, because a robot program wrote it.
+    """The comparison reports that the last word, SOW(127), is 7 in the capture but 0 in the model.
 
-    The robot file does not contain that program.
+    In the capture a robot program wrote 7. The robot file does not contain this program.
     """
     master = RecordedMaster(size=256, host_version=0x0112)
     short_run(master)

@@ -1,4 +1,4 @@
-"""Options of commands that distribute their work."""
+"""Commands that distribute their work have options for workers and clusters."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from structured_text.output.system import processors
 
 @dataclass(frozen=True)
 class Options(FarmOptions):
-    """Options of a command that has an additional argument."""
+    """The common options together with one argument of the command."""
 
     name: Annotated[str, typer.Argument()]
 
 
 @pytest.fixture
 def given() -> list[Options]:
-    """Return a list that collects the options of each call of the command."""
+    """Return an empty list. The test command adds its options to the list at each call."""
     return []
 
 
 @pytest.fixture
 def app(given: list[Options]) -> typer.Typer:
-    """Return a command with these options."""
+    """Return a test command that only records its options."""
     made = typer.Typer(add_completion=False)
 
     @made.command()

@@ -1,4 +1,4 @@
-"""`rcx judge` reports broken rules in its output and by its exit code."""
+"""`rcx judge` reports violations in its output and by its exit code."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ Captured = pytest.CaptureFixture[str]
 
 
 def _story(*, good: bool) -> Story:
-    """Return a capture with SI(00) ON at 200 ms and SI(06) 150 or 50 ms later, in AUTO mode."""
+    """Return a capture in AUTO mode in which SI(00) turns ON at 200 ms.
+
+    SI(06) follows 150 ms later if `good` is TRUE, otherwise 50 ms later, which is too early.
+    """
     story = Story()
     story.open(0)
     for k in range(1, 51):
@@ -47,9 +50,10 @@ def test_a_good_recording_ends_with_0(good: Path, capsys: Captured) -> None:
 
 
 def test_a_broken_rule_ends_with_1_and_is_named_at_its_time(bad: Path, capsys: Captured) -> None:
-    """The manual demands 100 ms (chapter 5, 3, caution).
+    """An interval of 50 ms is reported with its time and its packet, and the exit code is 1.
 
-    In the file, the PLC's packet at 10 * k ms has number 2 * k + 1.
+    The manual demands 100 ms (chapter 5, 3, caution). The PLC's packet at 10 * k ms has number 2 *
+    k + 1.
     """
     assert main(["judge", str(bad), "--quiet"]) == 1
     last = capsys.readouterr().out.splitlines()[-2:]
@@ -58,7 +62,7 @@ def test_a_broken_rule_ends_with_1_and_is_named_at_its_time(bad: Path, capsys: C
 
 
 def test_chart_and_trace_are_written(bad: Path, tmp_path: Path, capsys: Captured) -> None:
-    """The trace has the format of `rcx run`, and judging it gives the same result."""
+    """The chart and the trace are written. Judging this trace gives the same violation."""
     chart, trace = tmp_path / "chart.svg", tmp_path / "trace.jsonl"
     outputs = ["--chart", str(chart), "--trace", str(trace), "--show"]
     assert main(["judge", str(bad), *outputs]) == 1
@@ -83,7 +87,7 @@ def test_nothing_of_the_users_is_written_over(good: Path, tmp_path: Path, capsys
 def test_a_trace_of_a_run_is_judged_as_it_was(
     repository: Path, tmp_path: Path, capsys: Captured
 ) -> None:
-    """Example 01 breaks no rule. Its servos are on at 820 ms, as the README shows."""
+    """The trace of example 01 has no violation, and its servos are on at 820 ms."""
     example, trace = repository / "plc/examples/01_power_up", tmp_path / "run.jsonl"
     given = ["--robot", str(example / "robot.toml"), "--stimulus", str(example / "stimulus.toml")]
     assert main(["run", str(example), *given, "--for", "2s", "--trace", str(trace)]) == 0
@@ -98,9 +102,9 @@ def test_a_trace_of_a_run_is_judged_as_it_was(
 def test_a_trace_that_was_not_judged_as_it_was_written_is_judged_now(
     tmp_path: Path, capsys: Captured, by: str, found: int
 ) -> None:
-    """SI(01) and SI(06) change in one cycle.
+    """In a trace of `rcx serve`, simultaneous changes of SI(01) and SI(06) are reported.
 
-    When `rcx serve` writes a trace, it does not check the rules for PLCs.
+    `rcx serve` does not check the rules for PLCs when it writes a trace.
     """
     so = area(dedicated=0x0112)
     every: list[Cycle | Scan] = []
@@ -182,7 +186,10 @@ def test_without_the_library_it_says_how_to_get_it(
 def test_slow_work_shows_its_progress(
     good: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A line appears every two seconds, on a clock that advances one second at each call."""
+    """Long work prints its progress every two seconds.
+
+    The test's clock advances 1 s at each call.
+    """
     seconds = iter(range(10_000))
     monkeypatch.setattr("rcx_harness.cli.progress.time.monotonic", lambda: next(seconds))
     monkeypatch.setattr(judge_module, "REPORT_EVERY", 10)

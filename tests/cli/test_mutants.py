@@ -1,4 +1,4 @@
-"""`rcx mutants` reports mutants that a user's tests detect, survivors, and saved outcomes."""
+"""`rcx mutants` reports which mutants a user's tests detect, and saves the outcomes."""
 
 from __future__ import annotations
 
@@ -72,8 +72,8 @@ def test_it_is_not_green_without_a_key(cell):
     assert not cell["Main.Green"]
 """
 
-#: In line 7 the tests use TRUE and TRUE, FALSE and TRUE, so a mutant without the key survives. In
-#: line 11 they use 0 to 3. They never execute line 12.
+#: Survivors by line. The tests never set Button without Key, so mutants of line 7 survive. They use
+#: only counts 0 to 3 in line 11, and never execute line 12.
 _SURVIVORS = {(7, "Green := Button;"), (11, "IF Count >= 5 THEN"), (11, "IF Count > 6 THEN"),
               (11, "IF Count > 4 THEN"), (11, "IF FALSE THEN")}  # fmt: skip
 
@@ -93,7 +93,7 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("PYTEST_ADDOPTS", raising=False)
     yield tmp_path
-    for name, text in files.items():  # files of the user never change
+    for name, text in files.items():  # the command never changes files of the user
         if name.endswith(".st"):
             assert (tmp_path / name).read_text(encoding="utf-8") == text
 
@@ -136,7 +136,7 @@ def test_survivors_are_listed_until_a_better_test_finds_them(
     assert _found() == first
     capsys.readouterr()
 
-    # With a new test, survivors are run again. Mutants that were detected are not.
+    # With a new test, only survivors are run again, not mutants that were already detected.
     (project / "tests" / "test_key.py").write_text(_KEY, encoding="utf-8")
     assert main(command) == 1
     assert (7, "Green := Button;") not in _survivors()
@@ -147,7 +147,7 @@ def test_survivors_are_listed_until_a_better_test_finds_them(
     assert again == survived - not_reached
     capsys.readouterr()
 
-    # A reason for a survivor counts as much as a test.
+    # A survivor with a reason counts as detected.
     text = rows.read_text("utf-8").replace('reason = ""', 'reason = "the lamp is for show"')
     Path("mutants.toml").write_text(text, encoding="utf-8")
     assert main(command) == 0
@@ -168,7 +168,7 @@ def test_time_that_is_up_leaves_the_rest_for_the_next_call(project: Path, capsys
 def test_ctrl_c_keeps_what_is_done_and_the_next_call_knows_it(
     project: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Ctrl-C comes while the third outcome is saved."""
+    """Ctrl-C while the third outcome is saved keeps three outcomes, and the next call uses them."""
     command = ["mutants", "plc", "--json", "found.json", "--workers", "1", "--", "pytest"]
     kept, add = Path(".rcx/mutants.jsonl"), Results.add
 
@@ -200,7 +200,7 @@ def test_a_process_of_its_own_judges_as_a_copy_does(
     tasks, unreached = mutants.tasks(tests)
     assert {one.line for one in unreached} == {12}
     files = {task.mutant.file for task in tasks[:2]}
-    assert files == {"plc/FC_Next.st", "plc/Lamp.st"}  # the mutants are from all files
+    assert files == {"plc/FC_Next.st", "plc/Lamp.st"}  # the first tasks already cover both files
     wanted = {(task.mutant.line, task.mutant.after): task for task in tasks}
     operand = wanted[7, "Green := Button;"]
     counting = next(task for task in tasks if task.mutant.file == "plc/FC_Next.st")
@@ -293,7 +293,7 @@ def test_the_robot_program_answers():
 def test_a_robot_program_runs_in_the_cells_of_mutants(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """SO(21) answers SI(20). The test detects each mutant with a wrong condition or result."""
+    """The cell of each mutant runs the robot program, which answers SI(20) with SO(21)."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("PYTEST_ADDOPTS", raising=False)
     files = {

@@ -1,4 +1,4 @@
-"""An output is complete or the old file stays; Ctrl-C and a full disk give one line."""
+"""If an output cannot be written completely, the old file stays, and one line is printed."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ def _limit() -> None:
 
 
 def _with_a_full_disk(*command: str) -> subprocess.CompletedProcess[str]:
-    """Run `rcx` in a process with a full disk.
+    """Run `rcx` in a process with a simulated full disk.
 
-    Python does not notice that a file of compiled code was cut, and later tests that import the
-    module would fail. Therefore this process writes no compiled code.
+    The process writes no compiled Python code. Python would not notice that such a file is cut off,
+    and later tests that import the module would fail.
     """
     return subprocess.run(
         [sys.executable, "-m", "rcx_harness", *command],
@@ -107,12 +107,16 @@ def test_a_new_file_grows_in_its_place_unless_it_is_to_be_whole(tmp_path: Path) 
     for file in (grows, whole):
         file.write("new")
         file.close()
-        file.discard()  # no effect after close
+        file.discard()  # after close, discard has no effect
     assert [(tmp_path / name).read_text() for name in "ab"] == ["new", "new"]
 
 
 def test_a_failing_close_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The path has become a folder, or a network drive reports at close that it is full."""
+    """If closing an output fails, no new file remains.
+
+    Reasons are a folder with the same name, or a network drive that reports only at close that it
+    is full.
+    """
     place = tmp_path / "a"
     place.write_text("old")
     file = OutputFile(place)
@@ -139,7 +143,7 @@ def test_a_failing_close_leaves_nothing(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_a_pipe_is_written_and_stays(tmp_path: Path) -> None:
-    """A user may write `--trace /dev/stdout`. The test uses a named pipe instead."""
+    """An output can be a named pipe, which stays. A user may write `--trace /dev/stdout`."""
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
@@ -156,7 +160,7 @@ def test_a_pipe_is_written_and_stays(tmp_path: Path) -> None:
 
 
 def test_several_files_are_replaced_together(tmp_path: Path) -> None:
-    """Folders that were created for the files are removed on failure. Other files in them stay."""
+    """If one of several files cannot be written, no file and no new folder remains."""
     old, new = tmp_path / "old", tmp_path / "a" / "b" / "new"
     old.write_text("old")
     with pytest.raises(InputError, match=r"^/dev/full/c: cannot be written: Not a directory$"):
@@ -224,8 +228,8 @@ def test_a_place_that_cannot_be_written_is_one_line(
     assert said.count("\n") == 1
 
 
-#: Script that runs the command, and sends Ctrl-C when the module of this name is imported, or when
-#: the function of this name begins.
+#: A script that runs `rcx`. It sends Ctrl-C to itself when the named module is imported, or when
+#: the named function begins.
 _INTERRUPTED = """
 import os, signal, sys
 where = sys.argv.pop(1)
@@ -274,7 +278,7 @@ def test_ctrl_c_is_one_line_at_any_moment(repository: Path, tmp_path: Path, mome
         check=False,
         env={**os.environ, "RCX_CACHE": "off"},
     )
-    progress = ("compiling", "running")  # these words are only printed on a slow computer
+    progress = ("compiling", "running")  # lines with these words appear only on a slow computer
     said = [line for line in done.stderr.splitlines() if not line.startswith(progress)]
     assert (done.returncode, said) == (130, ["rcx: interrupted"])
 
@@ -359,7 +363,10 @@ def test_nothing_is_done_where_a_new_file_cannot_be_written(tmp_path: Path) -> N
 def test_a_file_that_appears_meanwhile_stays_and_the_new_one_stands_beside_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, links: bool
 ) -> None:
-    """The new file gets another name, also on file systems without links."""
+    """If another program creates the file meanwhile, the output gets a new name.
+
+    This works on file systems without hard links as well.
+    """
     if not links:
 
         def none(*_: object) -> None:

@@ -1,4 +1,4 @@
-"""`rcx points` reads and writes files and controllers, and reports differences by its exit code."""
+"""`rcx points` saves, compares and restores the point data of a controller."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Robot = Callable[..., StationLine]
 
 @pytest.fixture
 def robot(monkeypatch: pytest.MonkeyPatch) -> Robot:
-    """Replace the network by a controller with these keys of the robot file."""
+    """Return a function that replaces the network by a virtual controller."""
 
     def made(config: RobotConfig | None = None) -> StationLine:
         line = StationLine(config or RobotConfig())
@@ -59,7 +59,10 @@ def test_a_backup_compares_equal(robot: Robot, tmp_path: Path, capsys: Captured)
 def test_a_backup_as_all_file_compares_equal(
     robot: Robot, tmp_path: Path, capsys: Captured
 ) -> None:
-    """Point 19 is in pulses, point 50 in mm. Data that a restore does not need are reported."""
+    """A backup as .ALL file has no differences. Its sections without point data are reported.
+
+    Point 19 is in pulses, and point 50 is in mm.
+    """
     config = RobotConfig(
         comments={3: '"A" '},
         shifts={2: (1000, -2500, 0, 90_000)},
@@ -201,7 +204,10 @@ def test_a_comment_that_is_empty_in_the_file_goes(robot: Robot, tmp_path: Path) 
 def test_a_comment_that_cannot_be_written_back_is_left_out(
     robot: Robot, tmp_path: Path, capsys: Captured, text: str
 ) -> None:
-    """Source: guide 4.3.2."""
+    """A comment with characters that no command can send is left out and reported.
+
+    Source: guide 4.3.2.
+    """
     file, options = tmp_path / "c.toml", ["--kind", "comments", "--numbers", "0-2"]
     robot(RobotConfig(comments={0: "ONE"})).controller.machine.memory.comments[2] = text
     assert main(["points", "backup", "h", str(file), *options]) == 1
@@ -266,7 +272,7 @@ def test_a_stopped_command_says_what_remains(
 
 
 def test_a_missing_connection_is_not_lost(robot: Robot, tmp_path: Path, capsys: Captured) -> None:
-    """A connection that cannot be opened is bad input, like an address without a device."""
+    """If the connection cannot be opened, the exit code is 2, as for bad input."""
     line = robot()
     line.happen("", "power_off")
     assert main(_backup(tmp_path / "a.toml")) == 2
@@ -277,7 +283,7 @@ def test_a_missing_connection_is_not_lost(robot: Robot, tmp_path: Path, capsys: 
 
 
 def test_the_longest_wait_is_an_option(robot: Robot, tmp_path: Path, capsys: Captured) -> None:
-    """Source: guide 1.1, note: a command is held until its end."""
+    """`--timeout` sets the longest wait for a command. Source: guide 1.1, note."""
     robot(RobotConfig(command_delay=3_500.0))
     options = ["--numbers", "0-1", "--timeout", "3s"]
     assert main([*_backup(tmp_path / "a.toml"), *options]) == 1
@@ -338,7 +344,9 @@ def test_bad_input_is_one_line(
 
 @pytest.mark.exhaustive
 def test_a_backup_is_restored_over_the_network(tmp_path: Path, capsys: Captured) -> None:
-    """The data of each command reach the controller before its code.
+    """A backup of one controller is restored to another one over EtherNet/IP.
+
+    The trace shows that the data of each command reach the controller before the code.
 
     Source: manual chapter 3, 2: commands travel in the cyclic areas; guide 2, steps 1 and 2.
     """

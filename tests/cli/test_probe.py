@@ -1,4 +1,4 @@
-"""`rcx probe` asks for confirmations, writes files, and works with `rcx serve`."""
+"""`rcx probe` asks for confirmation of each step, writes a report, and works with `rcx serve`."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class _Terminal:
 
 @pytest.fixture
 def line(monkeypatch: pytest.MonkeyPatch) -> StationLine:
-    """Replace the network by a virtual controller."""
+    """Replace the network by a virtual controller, and return the line to it."""
     made = StationLine(RobotConfig())
     monkeypatch.setattr(cli, "NetworkLine", lambda *_: made)
     return made
@@ -37,7 +37,7 @@ def line(monkeypatch: pytest.MonkeyPatch) -> StationLine:
 
 @pytest.fixture
 def types(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[str]]:
-    """Simulate a user who types these words and then only Enter."""
+    """Return a function that simulates a user who types the given words, then only Enter."""
 
     def typing(*words: str) -> list[str]:
         left, asked = list(words), []

@@ -54,7 +54,7 @@ def test_a_run_that_breaks_it_is_written_and_ends_with_1(lamp: Path, capsys: Cap
     said = capsys.readouterr().out
     assert "refuted: assert Lamp.st:8: after 1 scans of 10 ms" in said
     command = next(line for line in said.splitlines() if line.startswith("  rcx run "))
-    assert main(command.split()[1:]) == 0  # only the prover reads an assertion in a comment
+    assert main(command.split()[1:]) == 0  # only `rcx prove` reads an assertion in a comment
 
 
 @pytest.mark.parametrize(

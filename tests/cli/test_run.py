@@ -1,4 +1,4 @@
-"""`rcx run` prints, writes and ends as its help says."""
+"""`rcx run` prints its results, writes its outputs, and ends with the exit codes of its help."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def program(repository: Path) -> Path:
 
 @pytest.fixture
 def run(program: Path, tmp_path: Path) -> Run:
-    """Return a function that runs a program which writes the area itself, without a library."""
+    """Return a function that runs a program without blocks. The program writes the area itself."""
     lib = tmp_path / "lib"
     lib.mkdir()
 
@@ -106,7 +106,7 @@ def test_trace_chart_and_wave_are_written(run: Run, tmp_path: Path, capsys: Capt
 
 
 def test_watched_variables_are_printed_at_the_end(run: Run, capsys: Captured) -> None:
-    """The program runs without a stimulus. It counts 30 scans, and all other variables are 0."""
+    """After the run, the watched variables and their last values are printed."""
     assert run("--for", "300ms", "--watch", "Main.Bits?,Main.Scans", "--watch", "Main.Con*") == 0
     assert capsys.readouterr().out.splitlines()[:-1] == [
         "watched, at the end:",
@@ -246,7 +246,7 @@ def test_an_entry_after_the_end_is_reported(run: Run, tmp_path: Path, capsys: Ca
 
 
 def test_files_of_other_tools_in_a_folder_are_no_part_of_the_program(tmp_path: Path) -> None:
-    """The folder of the program itself may be inside a folder with such a name."""
+    """Folders such as .venv are ignored inside a program folder, but not above it."""
     folder = tmp_path / ".hidden" / "site-packages" / "cell"
     places = (".venv/lib/a.st", "site-packages/b.st", "__pycache__/c.st", ".#d.st", "plc/e.st")
     for place in (*places, "f.st"):
@@ -281,7 +281,7 @@ def test_the_help_names_both_defaults_of_the_time_out(
 
 
 def test_every_option_goes_where_it_is_meant_for() -> None:
-    """`Cell.build` receives each option under its own name, or the run itself uses it.
+    """Each option is an argument of `Cell.build` with the same name, or is used by the run itself.
 
     Source: RunOptions.
     """

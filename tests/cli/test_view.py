@@ -1,4 +1,4 @@
-"""`rcx view` and `rcx run --view` write pages, choose their paths, and refuse bad input."""
+"""`rcx view` and `rcx run --view` write HTML pages, and reject bad input."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ _LINES = _HEAD + _FIRST + f'{{"t_us":10000,"scan":1,"so":"{_AREA}","si":"{_ON}"}
 
 @pytest.fixture
 def trace(tmp_path: Path) -> Path:
-    """Return a trace in which SI(00) and SI(06) go ON at 10 ms."""
+    """Return a trace file in which SI(00) and SI(06) turn ON at 10 ms."""
     file = tmp_path / "run.jsonl"
     file.write_text(_LINES, encoding="utf-8")
     return file
 
 
 def _story() -> Story:
-    """Return a capture with SI(00) ON at 200 ms and SI(06) ON 50 ms later.
+    """Return a capture in which SI(00) turns ON at 200 ms, and SI(06) only 50 ms later.
 
-    This is too early (chapter 5, 3).
+    The manual demands 100 ms between the two changes (chapter 5, 3).
     """
     story = Story()
     story.open(0)
@@ -108,7 +108,7 @@ def test_a_cut_capture_is_shown_up_to_the_cut(tmp_path: Path, capsys: Captured) 
 
 
 def test_a_recording_of_rcx_scan_is_judged_too(tmp_path: Path) -> None:
-    """Both inputs change in one scan, which breaks a rule (manual chapter 5, 3, caution)."""
+    """The page shows that two inputs change in one scan, which breaks a rule (chapter 5, 3)."""
     trace = tmp_path / "scan.jsonl"
     ready = "00" * 32 + "1201" + "00" * 14
     lines = [_HEAD.replace("}", ',"by":"rcx scan"}').strip()]
@@ -171,9 +171,9 @@ def test_a_missing_recording_is_one_line(tmp_path: Path, capsys: Captured) -> No
 def test_a_run_writes_the_page_that_its_trace_gives(
     repository: Path, tmp_path: Path, capsys: Captured
 ) -> None:
-    """The page has the same content as the page of the trace.
+    """`rcx run --view` writes the page that `rcx view` writes from the trace of the run.
 
-    Its title is the title of the run's charts.
+    Only the titles of the pages differ.
     """
     example = repository / "plc/examples/04_pick_and_place"
     trace, page = tmp_path / "t.jsonl", tmp_path / "run.html"

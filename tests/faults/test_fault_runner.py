@@ -67,7 +67,7 @@ def _first_failure(lib: Path, block: str, fault: str) -> str:
         ),
     ],
 )
-def test_a_defect_in_the_library_is_found(
+def test_a_fault_in_the_library_is_found(
     tmp_path: Path, file: str, right: str, wrong: str, fault: str, found: str
 ) -> None:
     lib = tmp_path / "lib"

@@ -21,7 +21,7 @@ _REPORT = """<testsuites><testsuite>
     name="test_a_block_ends_withdraws_its_requests_and_works_again[FB_A-none]">
     <properties><property name="instances" value="{faults}"/></properties></testcase>
   <testcase classname="tests.faults.test_fault_runner"
-    name="test_a_defect_in_the_library_is_found[one]">{unfound}</testcase>
+    name="test_a_fault_in_the_library_is_found[one]">{unfound}</testcase>
 </testsuite></testsuites>"""
 
 
