@@ -62,7 +62,7 @@ def test_a_new_project_passes_its_tests(rcx: Rcx, tmp_path: Path, windows: dict[
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("engine", ["builtin", "matiec"])
-def test_a_run_is_the_same_byte_for_byte_and_its_chart_is_of_ascii(
+def test_a_run_writes_the_same_bytes_and_prints_an_ascii_chart(
     rcx: Rcx, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, engine: str
 ) -> None:
     """The outputs are the same as on Linux.
@@ -156,7 +156,7 @@ def test_the_demo_and_an_import_are_written(rcx: Rcx, repository: Path, tmp_path
         ("demo", "-o", "Zelle ü ●"),
     ],
 )
-def test_whatever_is_printed_finds_its_characters(
+def test_output_can_be_printed_in_every_encoding(
     tmp_path: Path, arguments: tuple[str, ...], encoding: str
 ) -> None:
     done = subprocess.run(
@@ -173,7 +173,7 @@ def test_whatever_is_printed_finds_its_characters(
 
 
 @pytest.mark.exhaustive
-def test_sources_and_settings_with_crlf_run_and_export_as_those_with_lf(tmp_path: Path) -> None:
+def test_files_with_crlf_give_the_same_results_as_files_with_lf(tmp_path: Path) -> None:
     for ending in (b"\n", b"\r\n"):
         folder = tmp_path / ("unix" if ending == b"\n" else "dos")
         assert main(["new", str(folder / "cell")]) == 0
@@ -188,7 +188,9 @@ def test_sources_and_settings_with_crlf_run_and_export_as_those_with_lf(tmp_path
         assert (tmp_path / "unix" / name).read_bytes() == (tmp_path / "dos" / name).read_bytes()
 
 
-def test_a_drive_letter_belongs_to_a_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_drive_letter_is_a_part_of_the_path(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     r"""The colon in `--replace Main=C:\cell\Main.st` is a part of the path."""
     monkeypatch.chdir(tmp_path)
     name = r"C:\cell\Main.st"

@@ -116,7 +116,7 @@ def test_a_link_in_a_loop_is_not_replaced(here: Path, capsys: Captured, words: l
         ("/proc/nothing", "No such file or directory"),
     ],
 )
-def test_an_unwritable_place_is_reported_with_the_reason(
+def test_an_unwritable_path_is_reported_with_the_reason(
     here: Path, capsys: Captured, words: list[str], where: str, place: str, reason: str
 ) -> None:
     """The message names the path that cannot be written, not standard output.
@@ -151,7 +151,7 @@ def test_an_unreadable_file_is_reported(here: Path, capsys: Captured, words: lis
     assert said.endswith("File name too long")
 
 
-def test_a_folder_that_is_gone_is_said_to_be(here: Path, capsys: Captured) -> None:
+def test_a_deleted_current_folder_is_reported(here: Path, capsys: Captured) -> None:
     """If the current folder was deleted, the command reports this. Source: getcwd(3), ENOENT."""
     gone = here / "gone"
     gone.mkdir()
@@ -184,7 +184,7 @@ def test_explore_does_not_write_over_a_file_of_the_users(here: Path, capsys: Cap
 # --- JSON ---------------------------------------------------------------------------------------
 
 
-def test_json_is_written_to_a_file_beside_what_is_printed(here: Path, capsys: Captured) -> None:
+def test_json_is_written_to_a_file_and_the_report_is_printed(here: Path, capsys: Captured) -> None:
     """`--json FILE` writes the table that `--json -` prints. Source: docs/how-to/judge.md."""
     assert main(["judge", "t.jsonl", "--json", "it.json"]) == 0
     assert capsys.readouterr().out.endswith("no violations\nwritten: it.json\n")
@@ -205,7 +205,7 @@ def test_an_instance_needs_the_option_connect(here: Path, capsys: Captured) -> N
 
 
 @pytest.mark.parametrize("command", ["judge", "compare"])
-def test_json_does_not_write_over_what_is_read(here: Path, capsys: Captured, command: str) -> None:
+def test_json_does_not_write_over_an_input_file(here: Path, capsys: Captured, command: str) -> None:
     """The input file is not replaced. Source: CONTRIBUTING.md, files of users are never lost."""
     said = _refused(capsys, command, "t.jsonl", "--json", "t.jsonl")
     assert "already exists and was not written by this command" in said
@@ -231,7 +231,9 @@ def test_json_does_not_write_over_what_is_read(here: Path, capsys: Captured, com
         ["mutants", "p.st", "--minutes", "nan", "--", "true"],
     ],
 )
-def test_numbers_have_their_ranges(here: Path, capsys: Captured, words: list[str]) -> None:
+def test_numbers_outside_their_range_are_refused(
+    here: Path, capsys: Captured, words: list[str]
+) -> None:
     """A number outside its range is rejected and named. Source: the help of each command."""
     assert main(words) == 2
     assert words[-3 if "--" in words else -1] in capsys.readouterr().err.replace("\n", "")

@@ -109,7 +109,7 @@ def test_a_file_of_the_users_is_not_written_over(here: Path, capsys: Captured) -
         ("[oprator]\n", "did you mean operator"),
     ],
 )
-def test_demands_that_cannot_be_are_one_message(
+def test_impossible_properties_are_reported_in_one_line(
     here: Path, capsys: Captured, demands: str, message: str
 ) -> None:
     feeder(here)
@@ -158,7 +158,9 @@ def test_properties_in_python_are_judged_by_campaign_and_run(here: Path, capsys:
     assert "property: always closed while running" in capsys.readouterr().out
 
 
-def test_an_unknown_variable_in_python_is_one_message(here: Path, capsys: Captured) -> None:
+def test_an_unknown_variable_in_python_is_reported_with_its_line(
+    here: Path, capsys: Captured
+) -> None:
     feeder(here)
     (here / "mine.py").write_text(
         "import rcx_harness as rcx\n\n\n@rcx.always\ndef fed(cell):\n"
@@ -260,7 +262,7 @@ def test_a_late_answer_is_found_and_judged_by_run(here: Path, capsys: Captured) 
 
 
 @pytest.mark.exhaustive
-def test_an_interrupted_campaign_keeps_what_is_done_and_goes_on(
+def test_an_interrupted_campaign_continues_with_the_saved_results(
     here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
     feeder(here)
@@ -292,7 +294,7 @@ def test_an_interrupted_campaign_keeps_what_is_done_and_goes_on(
 
 
 @pytest.mark.exhaustive
-def test_a_sweep_names_the_moments_of_no_recovery(here: Path, capsys: Captured) -> None:
+def test_a_sweep_reports_the_scans_without_recovery(here: Path, capsys: Captured) -> None:
     """The sweep reports scans 35 to 95.
 
     Losses in these scans are detected while the feeder runs.
@@ -359,7 +361,7 @@ def test_a_sweep_injects_at_each_of_several_controllers(here: Path, capsys: Capt
         (["--link", "enip"], "--link enip is for rcx run"),
     ],
 )
-def test_a_sweep_refuses_what_cannot_be(
+def test_a_sweep_refuses_impossible_options(
     here: Path, capsys: Captured, options: list[str], message: str
 ) -> None:
     feeder(here)
@@ -367,7 +369,7 @@ def test_a_sweep_refuses_what_cannot_be(
     assert message in capsys.readouterr().err
 
 
-def test_a_run_that_is_not_good_is_no_beginning_of_a_sweep(here: Path, capsys: Captured) -> None:
+def test_a_sweep_needs_a_run_without_violations(here: Path, capsys: Captured) -> None:
     feeder(here, runs_open=True)
     good = (here / "good.toml").read_text().replace('"Main.Speed" = 7', '"Main.Closed" = false')
     (here / "good.toml").write_text(good)

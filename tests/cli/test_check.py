@@ -59,7 +59,7 @@ def test_a_broken_rule_of_the_library_exits_with_1(tmp_path: Path, capsys: Captu
     assert f"{file}:1:16: rule: FB_It is not in a file of this name but in FB_Other\n" in out
 
 
-def test_lint_checks_folders_with_several_programs_and_binds_them_all(
+def test_lint_checks_all_programs_of_a_folder(
     repository: Path, tmp_path: Path, capsys: Captured
 ) -> None:
     assert main(["check", "--lint", str(repository / "plc" / "examples")]) == 0
@@ -129,7 +129,7 @@ def test_each_portability_rule_is_found(tmp_path: Path, text: str, line: int, fi
     assert all(one.strict for one in found)
 
 
-def test_a_line_that_is_one_text_may_be_longer_for_it_cannot_be_broken(tmp_path: Path) -> None:
+def test_a_line_with_one_long_text_may_be_longer(tmp_path: Path) -> None:
     body = f"  t := '{'$E3$81$82' * 20}';\n  t := '{'x' * 110}';\n"
     assert not lint([write(tmp_path, "It", block("    t : STRING;\n", body))])
 
@@ -144,7 +144,7 @@ _NEW_WORDS = ["Abstract", "CHAR", "Char", "End_Class", "END_INTERFACE", "End_Met
 
 
 @pytest.mark.parametrize("word", _NEW_WORDS)
-def test_reserved_words_of_edition_3_are_no_names(tmp_path: Path, word: str) -> None:
+def test_reserved_words_of_edition_3_are_not_allowed_as_names(tmp_path: Path, word: str) -> None:
     """A name that is a type or keyword on newer PLCs does not compile there, so it is reported.
 
     Source: IEC 61131-3:2013, 6.1.2 and table 10.
@@ -164,7 +164,7 @@ def test_reserved_words_of_edition_3_are_no_names(tmp_path: Path, word: str) -> 
 
 
 @pytest.mark.parametrize("word", ["Letter", "Character", "CharCode", "NextChar", "Reference1"])
-def test_a_name_that_only_contains_such_a_word_is_one(tmp_path: Path, word: str) -> None:
+def test_a_name_may_contain_a_reserved_word(tmp_path: Path, word: str) -> None:
     assert not lint([write(tmp_path, "It", block(f"    {word} : INT;\n", f"  {word} := 1;\n"))])
 
 
@@ -217,7 +217,9 @@ def test_a_fault_of_matiec_is_a_warning_with_all_its_lines(
     assert "($Nb; also line 4): matiec joins the escape and the next characters into" in first
 
 
-def test_a_program_that_matiec_cannot_compile_is_no_error(tmp_path: Path, capsys: Captured) -> None:
+def test_a_program_that_matiec_cannot_compile_is_only_warned(
+    tmp_path: Path, capsys: Captured
+) -> None:
     """The exit code is 0, because the built-in engine runs the program.
 
     Source: docs/reference/engines.md.
@@ -231,7 +233,7 @@ def test_a_program_that_matiec_cannot_compile_is_no_error(tmp_path: Path, capsys
 
 
 @pytest.mark.parametrize("wrong", ["A : FB_MovPtp;", "A : FB_MOVE_PTP;"])
-def test_a_block_of_the_library_is_proposed_for_an_unknown_one(
+def test_a_block_of_the_library_is_proposed_for_an_unknown_block(
     wrong: str, tmp_path: Path, capsys: Captured
 ) -> None:
     """The message for an unknown block proposes a similar block of plc/lib. Source: plc/lib."""

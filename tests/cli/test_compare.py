@@ -48,7 +48,9 @@ def test_both_sides_of_the_first_differences_are_shown(trace: Path, capsys: Capt
     assert lines[-1] == "2 differences"
 
 
-def test_its_own_robot_file_fits_exactly(trace: Path, tmp_path: Path, capsys: Captured) -> None:
+def test_the_robot_file_of_the_recording_fits_exactly(
+    trace: Path, tmp_path: Path, capsys: Captured
+) -> None:
     robot = tmp_path / "robot.toml"
     robot.write_text("servo_on_delay = 80\nhost_version = 0x0112\n", encoding="utf-8")
     assert main(["compare", str(trace), "--robot", str(robot)]) == 0
@@ -81,7 +83,7 @@ def test_fit_extends_the_old_robot_file(trace: Path, tmp_path: Path, capsys: Cap
     assert "already exists; name another file" in capsys.readouterr().err
 
 
-def test_a_capture_of_packets_is_compared_as_a_trace_is(tmp_path: Path, capsys: Captured) -> None:
+def test_a_capture_is_compared_like_a_trace(tmp_path: Path, capsys: Captured) -> None:
     """A capture gives the same result as a trace. It has one packet of each side every 10 ms."""
     master = RecordedMaster(servo_on_delay=80.0, host_version=0x0112)
     short_run(master)
@@ -111,7 +113,7 @@ def test_a_capture_of_packets_is_compared_as_a_trace_is(tmp_path: Path, capsys: 
     assert main(["compare", str(path), "--robot", str(found)]) == 0
 
 
-def test_a_capture_of_256_bytes_is_compared_whole(tmp_path: Path, capsys: Captured) -> None:
+def test_a_capture_of_256_bytes_is_compared_completely(tmp_path: Path, capsys: Captured) -> None:
     """The comparison reports that the last word, SOW(127), is 7 in the capture but 0 in the model.
 
     In the capture a robot program wrote 7. The robot file does not contain this program.
@@ -164,7 +166,7 @@ def test_events_explain_a_persons_actions(tmp_path: Path, capsys: Captured) -> N
         assert message in capsys.readouterr().err
 
 
-def test_bad_input_is_one_line(trace: Path, tmp_path: Path, capsys: Captured) -> None:
+def test_bad_input_is_reported_in_one_line(trace: Path, tmp_path: Path, capsys: Captured) -> None:
     robot = tmp_path / "robot.toml"
     robot.write_text("size = 256\n", encoding="utf-8")
     empty = tmp_path / "empty.jsonl"

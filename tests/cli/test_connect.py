@@ -43,7 +43,7 @@ def adapter() -> Iterator[Adapter]:
         yield made
 
 
-def test_without_anybody_to_ask_it_is_one_message(
+def test_without_a_terminal_the_confirmation_must_be_an_option(
     repository: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys, "stdin", Terminal(somebody=False))
@@ -57,7 +57,7 @@ def test_without_anybody_to_ask_it_is_one_message(
 
 
 @pytest.mark.parametrize("answer", [True, False])
-def test_only_the_answer_yes_goes_on(monkeypatch: pytest.MonkeyPatch, answer: bool) -> None:
+def test_only_the_answer_yes_starts_the_run(monkeypatch: pytest.MonkeyPatch, answer: bool) -> None:
     asked: list[str] = []
 
     def ask(text: str) -> bool:
@@ -80,14 +80,14 @@ def test_only_the_answer_yes_goes_on(monkeypatch: pytest.MonkeyPatch, answer: bo
     ("host", "yes"),
     [("127.0.0.1", False), ("127.9.9.9", False), ("localhost", False), (NOBODY, True)],
 )
-def test_the_loopback_and_yes_need_no_answer(
+def test_the_loopback_and_the_option_yes_need_no_confirmation(
     monkeypatch: pytest.MonkeyPatch, host: str, yes: bool
 ) -> None:
     monkeypatch.setattr(sys, "stdin", Terminal(somebody=False))
     confirm(Elsewhere(host), yes=yes)
 
 
-def test_an_unknown_name_is_no_loopback(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unknown_host_name_needs_a_confirmation(monkeypatch: pytest.MonkeyPatch) -> None:
     def unknown(host: str) -> str:
         raise OSError
 
@@ -133,7 +133,7 @@ def test_each_option_reaches_the_connection() -> None:
         (["--connect", "127.0.0.1", "--m", "0", "--m", "48"], "2 offsets m are given for 1 robot"),
     ],
 )
-def test_wrong_options_are_one_message(
+def test_wrong_options_are_reported_in_one_line(
     repository: Path, capsys: Captured, options: list[str], message: str
 ) -> None:
     assert main(["run", str(repository.joinpath(*DEMO)), *options]) == 2

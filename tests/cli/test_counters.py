@@ -31,7 +31,7 @@ def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 @pytest.mark.parametrize("command", ["explore", "prove"])
 @pytest.mark.parametrize(("dialect", "most"), _DIALECTS)
-def test_a_count_beyond_pv_is_reached(
+def test_counters_count_beyond_pv_unless_the_dialect_limits_them(
     file: str, command: str, dialect: list[str], most: int, capsys: Captured
 ) -> None:
     """The third pulse breaks the property only if counters count beyond PV.
@@ -46,7 +46,7 @@ def test_a_count_beyond_pv_is_reached(
 
 @pytest.mark.parametrize("coverage", [[], ["--coverage"]])
 @pytest.mark.parametrize(("dialect", "most"), _DIALECTS)
-def test_a_run_counts_the_same_with_coverage(
+def test_a_run_with_coverage_counts_as_a_run_without_it(
     file: str, coverage: list[str], dialect: list[str], most: int
 ) -> None:
     """A run with coverage counts as a run without it.
@@ -67,7 +67,7 @@ def test_a_run_counts_the_same_with_coverage(
 
 
 @pytest.mark.parametrize(("dialect", "most"), _DIALECTS)
-def test_the_debugger_counts_as_the_dialect(file: str, dialect: list[str], most: int) -> None:
+def test_the_debugger_counts_as_the_dialect_says(file: str, dialect: list[str], most: int) -> None:
     """In the debugger, counters count as in the dialect of the launch.
 
     Source: IEC 61131-3, counters: CV < PVmax; matiec, lib/counter.txt.

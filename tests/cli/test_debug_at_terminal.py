@@ -23,7 +23,7 @@ def _stdin(monkeypatch: pytest.MonkeyPatch, descriptor: int) -> Iterator[None]:
         yield
 
 
-def test_a_terminal_is_told_what_to_do(monkeypatch: pytest.MonkeyPatch, capfd: Captured) -> None:
+def test_at_a_terminal_help_is_printed(monkeypatch: pytest.MonkeyPatch, capfd: Captured) -> None:
     """At a terminal, the help is on standard error. Standard output is reserved for the client.
 
     Source: docs/how-to/debug.md.
@@ -41,7 +41,7 @@ def test_a_terminal_is_told_what_to_do(monkeypatch: pytest.MonkeyPatch, capfd: C
         assert word in said.err
 
 
-def test_behind_a_pipe_it_says_nothing(monkeypatch: pytest.MonkeyPatch, capfd: Captured) -> None:
+def test_behind_a_pipe_nothing_is_printed(monkeypatch: pytest.MonkeyPatch, capfd: Captured) -> None:
     """Behind a pipe, standard error stays empty, because some clients show its text as an error.
 
     Source: docs/how-to/debug.md.

@@ -48,7 +48,7 @@ def test_a_command_works_with_closed_streams(tmp_path: Path, closed: tuple[int, 
 
 
 @_NOT_ON_WINDOWS
-def test_a_message_is_lost_where_standard_error_is_closed_but_not_the_exit_code() -> None:
+def test_with_standard_error_closed_the_exit_code_is_still_right() -> None:
     """If standard error is closed, nothing is printed, also not on standard output.
 
     Source: the documentation of print.
@@ -59,7 +59,7 @@ def test_a_message_is_lost_where_standard_error_is_closed_but_not_the_exit_code(
 
 @_NOT_ON_WINDOWS
 @pytest.mark.parametrize("words", [("run", "--help"), ("eds",), ("encode", "MovePtp")])
-def test_a_command_whose_reader_has_gone_ends_quietly(words: tuple[str, ...]) -> None:
+def test_a_command_ends_quietly_if_its_reader_has_ended(words: tuple[str, ...]) -> None:
     """If the reader of a pipe has ended, the exit code is 141. Exit code 1 means a failed check.
 
     Source: the exit code of a shell for a process that SIGPIPE has ended, 128 + 13.
@@ -121,7 +121,7 @@ sys.exit(main())
 """
 
 
-def test_an_error_of_our_own_is_one_line_and_exit_code_3(tmp_path: Path) -> None:
+def test_an_internal_error_is_one_line_and_exit_code_3(tmp_path: Path) -> None:
     """An internal error gives one line that names a file with the traceback.
 
     Source: CONTRIBUTING.md, exit codes: 3 means an internal error, 1 means that a rule is broken.
@@ -136,7 +136,7 @@ def test_an_error_of_our_own_is_one_line_and_exit_code_3(tmp_path: Path) -> None
     assert "ValueError: the cause" in file.read_text()
 
 
-def test_ctrl_c_that_python_wraps_is_still_ctrl_c(tmp_path: Path) -> None:
+def test_ctrl_c_inside_another_error_ends_with_130(tmp_path: Path) -> None:
     """A KeyboardInterrupt that is the cause of a RuntimeError ends the command with 130.
 
     Before Python 3.12, an exception in __set_name__ becomes a RuntimeError.
@@ -166,7 +166,7 @@ def test_the_traceback_is_shown_if_no_file_can_be_made(
     )
 
 
-def test_little_is_imported_before_ctrl_c_is_heard() -> None:
+def test_nothing_is_imported_before_ctrl_c_is_handled() -> None:
     """`cli.start` imports nothing else, because Ctrl-C during an import would show a traceback."""
     code = "import sys; before = set(sys.modules); import rcx_harness.cli.start; "
     done = _ended(f"{code}print(*sorted(set(sys.modules) - before - {{'gc', '__future__'}}))")

@@ -94,12 +94,14 @@ def test_a_program_with_a_located_variable_is_explored(folder: Path, capsys: Cap
     assert "explored to the end: 7 states" in capsys.readouterr().out
 
 
-def test_an_input_without_values_stays_and_is_named(folder: Path, capsys: Captured) -> None:
+def test_an_input_without_values_keeps_its_value_and_is_named(
+    folder: Path, capsys: Captured
+) -> None:
     assert main(["explore", _written(folder, _LATE), "--input", "Main.Key"]) == 0
     assert "Main.Button keeps its initial value (--input Main.Button" in capsys.readouterr().out
 
 
-def test_a_bound_that_is_reached_is_no_end(folder: Path, capsys: Captured) -> None:
+def test_a_reached_bound_is_reported(folder: Path, capsys: Captured) -> None:
     command = ["explore", _written(folder, _COUNT), "--input", "Main.Button"]
     for bound in (["--bound", "2"], ["--depth", "1"]):
         assert main([*command, *bound]) == 0
@@ -156,7 +158,7 @@ switches = ["Main.Key"]
          'that = "Main.Green OR NOT Main.Button OR NOT Main.Key"\nwithin = "200ms"\n', ""),
     ],
 )  # fmt: skip
-def test_a_demand_of_a_file_is_judged_and_run_again(
+def test_a_property_from_a_file_is_checked_and_can_be_run_again(
     folder: Path, capsys: Captured, demanded: str, broken: str
 ) -> None:
     (folder / "mine.toml").write_text(_LATE_DEMANDS + demanded)
@@ -176,7 +178,7 @@ def test_a_demand_of_a_file_is_judged_and_run_again(
     assert broken.split("|")[1] in capsys.readouterr().out
 
 
-def test_a_demand_may_name_the_scan_before(folder: Path, capsys: Captured) -> None:
+def test_a_property_may_use_the_value_of_the_last_scan(folder: Path, capsys: Captured) -> None:
     """BEFORE(x) is the value of x in the last scan. By hand, the third scan breaks the property."""
     demanded = '[[always]]\nthat = "BEFORE(Main.Count) <> 2 OR Main.Count <> 0"\n'
     (folder / "mine.toml").write_text(demanded + '[operator]\nbuttons = ["Main.Button"]\n')
@@ -185,7 +187,9 @@ def test_a_demand_may_name_the_scan_before(folder: Path, capsys: Captured) -> No
     assert "BROKEN in scan 3, at 200 ms" in capsys.readouterr().out
 
 
-def test_operator_values_are_inputs_and_options_win(folder: Path, capsys: Captured) -> None:
+def test_operator_values_are_inputs_and_options_have_priority(
+    folder: Path, capsys: Captured
+) -> None:
     operator = 'buttons = ["Main.Button"]\nvalues = { "Main.Count" = [0, 2] }\n'
     (folder / "mine.toml").write_text(f"[operator]\n{operator}")
     command = ["explore", _written(folder, _COUNT), "--properties", "mine.toml"]
@@ -208,7 +212,7 @@ def test_operator_values_are_inputs_and_options_win(folder: Path, capsys: Captur
         ),
     ],
 )
-def test_demands_that_cannot_be_end_with_2(
+def test_impossible_properties_end_with_2(
     folder: Path, capsys: Captured, name: str, text: str, message: str
 ) -> None:
     (folder / name).write_text(text)
@@ -218,13 +222,13 @@ def test_demands_that_cannot_be_end_with_2(
     assert error.count("\n") == 1
 
 
-def test_assertions_in_comments_are_judged_too(folder: Path, capsys: Captured) -> None:
+def test_assertions_in_comments_are_checked(folder: Path, capsys: Captured) -> None:
     text = _COUNT.replace("END_IF;", "END_IF;\n  (* prove: Count < 2 *)")
     assert main(["explore", _written(folder, text), "--input", "Main.Button"]) == 1
     assert "always: Count < 2" in capsys.readouterr().out
 
 
-def test_a_rule_of_the_wire_is_broken_and_rcx_run_shows_it(folder: Path, capsys: Captured) -> None:
+def test_a_broken_rule_of_the_wire_is_confirmed_by_rcx_run(folder: Path, capsys: Captured) -> None:
     """`rcx explore` finds a broken rule, and `rcx run` reports it as well.
 
     Source: manual chapter 5, 3, caution: 100 ms between changes of dedicated inputs.
@@ -313,7 +317,7 @@ def given(monkeypatch: pytest.MonkeyPatch) -> list[int]:
          ["--input", "Main.Go", "--input", "Main.Back", "--bound", "60"], 0, "BOUND REACHED"),
     ],
 )  # fmt: skip
-def test_the_number_of_workers_changes_nothing(
+def test_the_number_of_workers_does_not_change_the_result(
     folder: Path,
     capsys: Captured,
     given: list[int],
@@ -335,7 +339,7 @@ def test_the_number_of_workers_changes_nothing(
 
 
 @pytest.mark.exhaustive
-def test_ctrl_c_ends_it_and_its_workers(
+def test_ctrl_c_ends_the_command_and_its_workers(
     folder: Path, capsys: Captured, given: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Ctrl-C ends the command and all its workers.
@@ -358,7 +362,7 @@ def test_ctrl_c_ends_it_and_its_workers(
     assert said.out == said.err == ""
 
 
-def test_the_small_controller_answers_as_the_manual_says() -> None:
+def test_the_simplified_controller_answers_as_in_the_manual() -> None:
     """The simplified controller of `rcx explore` makes only the moves that the manual describes.
 
     Source: guide chapter 1, 1.2 (status); manual chapter 5, 2 and 3.1 (servo, stops).

@@ -44,13 +44,15 @@ def app(given: list[Options]) -> typer.Typer:
     return made
 
 
-def test_a_command_takes_them_beside_its_own(app: typer.Typer, given: list[Options]) -> None:
+def test_a_command_has_the_common_options_and_its_own(
+    app: typer.Typer, given: list[Options]
+) -> None:
     for arguments in (["a.st"], ["a.st", "--workers", "3"]):
         assert CliRunner().invoke(app, arguments).exit_code == 0
     assert [one.farm(Console()).workers for one in given] == [processors(), 3]
 
 
-def test_no_worker_at_all_is_refused(app: typer.Typer) -> None:
+def test_zero_workers_are_refused(app: typer.Typer) -> None:
     assert CliRunner().invoke(app, ["a.st", "--workers", "0"]).exit_code == 2
 
 

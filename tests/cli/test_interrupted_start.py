@@ -79,7 +79,7 @@ _CASES = [(who, where) for who, places in (_STATION, _ADAPTER, _CYCLIC) for wher
     ("who", "where", "realtime"),
     [(*case, True) for case in _CASES[3:]] + [(*case, False) for case in _CASES[3:6]],
 )
-def test_ctrl_c_while_a_network_starts_is_one_line(
+def test_ctrl_c_while_a_network_starts_prints_one_line(
     repository: Path, tmp_path: Path, who: str, where: str, realtime: bool
 ) -> None:
     program = str(repository / "tests" / "cell" / "programs" / "RawArea.st")
@@ -91,6 +91,6 @@ def test_ctrl_c_while_a_network_starts_is_one_line(
 
 @pytest.mark.exhaustive(but=["rcx_harness.enip.cyclic.process--"])
 @pytest.mark.parametrize(("who", "where"), _CASES)
-def test_ctrl_c_ends_a_start_of_a_server(tmp_path: Path, who: str, where: str) -> None:
+def test_ctrl_c_while_a_server_starts_ends_it_with_0(tmp_path: Path, who: str, where: str) -> None:
     (address,) = own_addresses(1)
     assert _interrupted(tmp_path, who, where, "serve", "--address", address) == (0, "")

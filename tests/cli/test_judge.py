@@ -49,7 +49,9 @@ def test_a_good_recording_ends_with_0(good: Path, capsys: Captured) -> None:
     assert shown.out.endswith("no violations\n")
 
 
-def test_a_broken_rule_ends_with_1_and_is_named_at_its_time(bad: Path, capsys: Captured) -> None:
+def test_a_broken_rule_ends_with_1_and_is_reported_with_its_time(
+    bad: Path, capsys: Captured
+) -> None:
     """An interval of 50 ms is reported with its time and its packet, and the exit code is 1.
 
     The manual demands 100 ms (chapter 5, 3, caution). The PLC's packet at 10 * k ms has number 2 *
@@ -74,7 +76,9 @@ def test_chart_and_trace_are_written(bad: Path, tmp_path: Path, capsys: Captured
     assert lines[-1] == "1 violation"
 
 
-def test_nothing_of_the_users_is_written_over(good: Path, tmp_path: Path, capsys: Captured) -> None:
+def test_files_of_the_user_are_not_overwritten(
+    good: Path, tmp_path: Path, capsys: Captured
+) -> None:
     for option in ("--trace", "--chart"):
         assert main(["judge", str(good), option, str(good)]) == 2
         assert "would be overwritten, but it is an input" in capsys.readouterr().err
@@ -84,7 +88,7 @@ def test_nothing_of_the_users_is_written_over(good: Path, tmp_path: Path, capsys
     assert mine.read_text() == "keep this"
 
 
-def test_a_trace_of_a_run_is_judged_as_it_was(
+def test_a_trace_of_a_run_has_the_same_result_as_the_run(
     repository: Path, tmp_path: Path, capsys: Captured
 ) -> None:
     """The trace of example 01 has no violation, and its servos are on at 820 ms."""
@@ -99,7 +103,7 @@ def test_a_trace_of_a_run_is_judged_as_it_was(
 
 
 @pytest.mark.parametrize(("by", "found"), [("rcx serve", 1), ("rcx judge", 0)])
-def test_a_trace_that_was_not_judged_as_it_was_written_is_judged_now(
+def test_a_trace_that_was_not_yet_judged_is_judged(
     tmp_path: Path, capsys: Captured, by: str, found: int
 ) -> None:
     """In a trace of `rcx serve`, simultaneous changes of SI(01) and SI(06) are reported.
@@ -133,7 +137,7 @@ def test_a_trace_that_was_not_judged_as_it_was_written_is_judged_now(
         (b'{"format":"rcx-trace/1"}\n{"t_us":0,"scan":0,"so":"00","si":"00"}\n', "1 and 1 bytes"),
     ],
 )
-def test_a_wrong_recording_is_one_line_and_exit_code_2(
+def test_an_invalid_recording_is_one_line_and_exit_code_2(
     tmp_path: Path, capsys: Captured, content: bytes | None, message: str
 ) -> None:
     file = tmp_path / "file.jsonl"
@@ -146,7 +150,7 @@ def test_a_wrong_recording_is_one_line_and_exit_code_2(
     assert error.count("\n") == 1
 
 
-def test_a_capture_that_is_cut_off_is_judged_and_said_to_be(bad: Path, capsys: Captured) -> None:
+def test_a_capture_that_is_cut_off_is_judged_and_reported(bad: Path, capsys: Captured) -> None:
     bad.write_bytes(bad.read_bytes()[:-5])
     assert main(["judge", str(bad), "--quiet"]) == 2
     shown = capsys.readouterr()
@@ -171,7 +175,7 @@ def test_bad_options_are_named(
     assert message in capsys.readouterr().err
 
 
-def test_without_the_library_it_says_how_to_get_it(
+def test_a_missing_capture_library_is_reported_with_the_install_command(
     good: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "cypcap", None)

@@ -155,7 +155,7 @@ def test_survivors_are_listed_until_a_better_test_finds_them(
 
 
 @pytest.mark.exhaustive
-def test_time_that_is_up_leaves_the_rest_for_the_next_call(project: Path, capsys: Captured) -> None:
+def test_after_the_time_limit_the_next_call_continues(project: Path, capsys: Captured) -> None:
     command = ["mutants", "plc", "--json", "found.json", "--minutes", "0", "--", "pytest"]
     assert main([*command[:4], "--fail-under", "0", *command[4:]]) == 0
     assert "NOT RUN YET (the next call continues)" in capsys.readouterr().out
@@ -165,7 +165,7 @@ def test_time_that_is_up_leaves_the_rest_for_the_next_call(project: Path, capsys
 
 
 @pytest.mark.exhaustive
-def test_ctrl_c_keeps_what_is_done_and_the_next_call_knows_it(
+def test_after_ctrl_c_the_next_call_uses_the_saved_outcomes(
     project: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Ctrl-C while the third outcome is saved keeps three outcomes, and the next call uses them."""
@@ -191,7 +191,7 @@ def test_ctrl_c_keeps_what_is_done_and_the_next_call_knows_it(
 
 
 @pytest.mark.exhaustive
-def test_a_process_of_its_own_judges_as_a_copy_does(
+def test_a_new_process_gives_the_same_outcomes_as_a_forked_one(
     project: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     run = PytestCommand.of(["pytest"], project)
@@ -227,7 +227,7 @@ def test_tests_must_pass_at_first(project: Path, capsys: Captured) -> None:
 
 
 @pytest.mark.exhaustive
-def test_tests_of_something_else_judge_nothing(project: Path, capsys: Captured) -> None:
+def test_tests_that_do_not_run_the_program_are_refused(project: Path, capsys: Captured) -> None:
     other = "def test_nothing():\n    pass\n"
     (project / "tests" / "test_lamp.py").write_text(other, encoding="utf-8")
     assert main(["mutants", "plc", "--", "pytest"]) == 2
@@ -258,7 +258,7 @@ def test_bad_input_ends_with_2(
     assert message in " ".join(capsys.readouterr().err.split())
 
 
-def test_a_row_of_reasons_must_be_whole(project: Path, capsys: Captured) -> None:
+def test_an_incomplete_reason_is_refused(project: Path, capsys: Captured) -> None:
     Path("mutants.toml").write_text('[[survivor]]\nblock = "Lamp"\n', encoding="utf-8")
     assert main(["mutants", "plc", "--", "pytest"]) == 2
     assert "[[survivor]] 1 is incomplete; write block, line" in capsys.readouterr().err

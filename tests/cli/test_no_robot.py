@@ -34,7 +34,7 @@ def motor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     return "motor.st"
 
 
-def test_a_program_without_areas_runs_with_all_pictures(motor: str, capsys: Captured) -> None:
+def test_a_program_without_areas_runs_with_all_outputs(motor: str, capsys: Captured) -> None:
     """A run without a robot writes trace, chart, waves and page. Count is 3 at 120 ms."""
     files = ["--trace", "t.jsonl", "--chart", "c.svg", "--vcd", "w.vcd", "--view", "v.html"]
     options = ["--stimulus", "s.toml", "--watch", "Main.*", "--show", "--engine", "builtin"]
@@ -132,9 +132,7 @@ def test_a_counterexample_runs_again(motor: str, capsys: Captured) -> None:
     assert "violation at 200 ms: plc, scan 3: property" in capsys.readouterr().out
 
 
-def test_a_program_alone_is_proved_or_refuted_and_what_refutes_it_runs_again(
-    motor: str, capsys: Captured
-) -> None:
+def test_a_program_alone_is_proved_or_refuted_with_a_run(motor: str, capsys: Captured) -> None:
     """`rcx prove` proves that Stop has priority, and refutes Count < 3 with a run for `rcx run`."""
     assertion = "(* prove: NOT (Stop AND Motor) *)\nEND_PROGRAM"
     Path(motor).write_text(_MOTOR.replace("END_PROGRAM", assertion), encoding="utf-8")
@@ -176,7 +174,7 @@ def test_a_client_of_the_debugger_launches_a_program_alone(motor: str) -> None:
 
 
 @pytest.mark.exhaustive
-def test_tests_on_a_bench_judge_mutants_of_a_program(motor: str, tmp_path: Path) -> None:
+def test_tests_with_a_bench_detect_mutants(motor: str, tmp_path: Path) -> None:
     """A test with a Bench, without a robot, detects all mutants of the assignment."""
     (tmp_path / "motor.st").write_text(
         "PROGRAM Main\n  VAR Start, Motor : BOOL; END_VAR\n  Motor := Start;\nEND_PROGRAM\n"
@@ -205,7 +203,7 @@ END_PROGRAM
 @pytest.mark.parametrize(
     ("options", "value"), [([], 2), (["--dialect", "codesys"], 2000), (["--dialect", "iec"], 2)]
 )
-def test_a_program_is_computed_in_the_dialect_that_the_user_names(
+def test_a_program_runs_in_the_dialect_of_the_user(
     motor: str, options: list[str], value: int
 ) -> None:
     """The option or variable for the dialect decides the result.

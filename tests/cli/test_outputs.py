@@ -55,7 +55,7 @@ def _with_a_full_disk(*command: str) -> subprocess.CompletedProcess[str]:
 
 @pytest.mark.skipif(not _FULL.exists(), reason="no /dev/full")
 @pytest.mark.parametrize("kind", _KINDS)
-def test_a_full_disk_is_one_line(
+def test_a_full_disk_is_reported_in_one_line(
     repository: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], kind: str
 ) -> None:
     assert main(_run(repository, tmp_path, f"--{kind}", str(_FULL))) == 2
@@ -87,7 +87,7 @@ def test_a_full_disk_leaves_nothing_of_a_new_cell(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_file_takes_the_place_of_another_when_it_is_whole(tmp_path: Path) -> None:
+def test_an_old_file_is_replaced_only_by_a_complete_one(tmp_path: Path) -> None:
     place, link = tmp_path / "a", tmp_path / "link"
     place.write_text("old")
     place.chmod(0o640)
@@ -101,7 +101,7 @@ def test_a_file_takes_the_place_of_another_when_it_is_whole(tmp_path: Path) -> N
     assert sorted(one.name for one in tmp_path.iterdir()) == ["a", "link"]
 
 
-def test_a_new_file_grows_in_its_place_unless_it_is_to_be_whole(tmp_path: Path) -> None:
+def test_a_new_file_exists_at_once_unless_it_must_be_complete(tmp_path: Path) -> None:
     grows, whole = OutputFile(tmp_path / "a"), OutputFile(tmp_path / "b", whole=True)
     assert [one.exists() for one in (tmp_path / "a", tmp_path / "b")] == [True, False]
     for file in (grows, whole):
@@ -172,7 +172,7 @@ def test_several_files_are_replaced_together(tmp_path: Path) -> None:
     assert [one.name for one in new.parent.iterdir()] == ["new"]
 
 
-def test_after_an_error_nothing_more_is_said(tmp_path: Path) -> None:
+def test_after_an_error_no_further_error_is_raised(tmp_path: Path) -> None:
     if not _FULL.exists():
         pytest.skip("no /dev/full")
     file = OutputFile(_FULL)
@@ -195,13 +195,13 @@ def _ends_in_one_line(command: list[str]) -> None:
 
 @pytest.mark.skipif(not _FULL.exists(), reason="no /dev/full")
 @pytest.mark.parametrize("command", [["eds"], ["encode", "MovePtp"]])
-def test_standard_output_on_a_full_disk_is_one_line(command: list[str]) -> None:
+def test_standard_output_on_a_full_disk_is_reported_in_one_line(command: list[str]) -> None:
     _ends_in_one_line(command)
 
 
 @pytest.mark.exhaustive
 @pytest.mark.skipif(not _FULL.exists(), reason="no /dev/full")
-def test_scan_and_serve_on_a_full_disk_are_one_line() -> None:
+def test_scan_and_serve_on_a_full_disk_report_one_line() -> None:
     (address,) = own_addresses(1)
     with Adapter(cyclic=0) as adapter:
         _ends_in_one_line(["scan", "127.0.0.1", "--port", str(adapter.address[1]), "--for", "0s"])
@@ -217,7 +217,7 @@ def test_scan_and_serve_on_a_full_disk_are_one_line() -> None:
     [["eds", "--force", "{}"], ["export", "st", "--force", "--out", "{}"], ["new", "{}"]],
     ids=lambda command: command[0],
 )
-def test_a_place_that_cannot_be_written_is_one_line(
+def test_an_unwritable_path_is_reported_in_one_line(
     capsys: pytest.CaptureFixture[str], command: list[str], place: str
 ) -> None:
     if not _FULL.exists():
@@ -269,7 +269,9 @@ sys.exit(main())
     ],
 )
 @pytest.mark.skipif(sys.version_info < (3, 11), reason="code objects have no qualified name")
-def test_ctrl_c_is_one_line_at_any_moment(repository: Path, tmp_path: Path, moment: str) -> None:
+def test_ctrl_c_prints_one_line_at_any_moment(
+    repository: Path, tmp_path: Path, moment: str
+) -> None:
     command = _run(repository, tmp_path, "--trace", str(tmp_path / "t.jsonl"), "--for", "50ms")
     done = subprocess.run(
         [sys.executable, "-c", _INTERRUPTED, moment, *command],
@@ -283,7 +285,7 @@ def test_ctrl_c_is_one_line_at_any_moment(repository: Path, tmp_path: Path, mome
     assert (done.returncode, said) == (130, ["rcx: interrupted"])
 
 
-def test_a_library_without_the_block_is_named_not_the_program(
+def test_a_library_without_the_block_is_reported_instead_of_the_program(
     repository: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     program = repository / "plc" / "examples" / "01_power_up"
@@ -295,7 +297,7 @@ def test_a_library_without_the_block_is_named_not_the_program(
 
 
 @pytest.mark.parametrize("command", ["check", "run"])
-def test_an_unknown_block_is_the_programs_mistake(
+def test_an_unknown_block_is_reported_at_its_line_of_the_program(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str
 ) -> None:
     (tmp_path / "lib").mkdir()
@@ -323,7 +325,7 @@ def test_a_library_that_is_no_folder_is_named(
         assert said.count("\n") == 1
 
 
-def test_the_demo_writes_over_nothing_of_the_users(
+def test_the_demo_does_not_overwrite_files_of_the_user(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "trace.jsonl").write_text("mine", encoding="utf-8")
@@ -332,7 +334,7 @@ def test_the_demo_writes_over_nothing_of_the_users(
     assert [file.name for file in tmp_path.iterdir()] == ["trace.jsonl"]
 
 
-def test_new_files_are_made_before_the_work_and_named_after_it(tmp_path: Path) -> None:
+def test_new_files_are_reserved_before_the_work_and_named_after_it(tmp_path: Path) -> None:
     one, two = tmp_path / "new" / "one.toml", tmp_path / "two.csv"
     with NewFiles([one, two]) as files:
         assert not one.exists()
@@ -344,7 +346,7 @@ def test_new_files_are_made_before_the_work_and_named_after_it(tmp_path: Path) -
     assert sorted(path.name for path in tmp_path.iterdir()) == ["new", "two.csv"]
 
 
-def test_nothing_is_done_where_a_new_file_cannot_be_written(tmp_path: Path) -> None:
+def test_nothing_is_done_if_a_new_file_cannot_be_written(tmp_path: Path) -> None:
     there = tmp_path / "there"
     there.write_text("mine", encoding="utf-8")
     for paths, message in (
@@ -360,7 +362,7 @@ def test_nothing_is_done_where_a_new_file_cannot_be_written(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("links", [True, False])
-def test_a_file_that_appears_meanwhile_stays_and_the_new_one_stands_beside_it(
+def test_a_file_that_appears_meanwhile_stays_and_the_output_is_renamed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, links: bool
 ) -> None:
     """If another program creates the file meanwhile, the output gets a new name.

@@ -92,7 +92,7 @@ def test_a_backup_as_all_file_compares_equal(
     assert capsys.readouterr().out.endswith("0 of 9 differ\n")
 
 
-def test_hands_of_other_robots_have_no_place_in_an_all_file(
+def test_hands_of_other_robots_are_left_out_of_an_all_file(
     robot: Robot, tmp_path: Path, capsys: Captured
 ) -> None:
     robot(RobotConfig(axes=(Axis(), Axis(robot=2)), hands={(2, 1): Hand((1, 0, 0, 0))}))
@@ -105,7 +105,7 @@ def test_hands_of_other_robots_have_no_place_in_an_all_file(
     )
 
 
-def test_a_file_that_is_there_is_never_written_over(
+def test_an_existing_file_is_never_overwritten(
     robot: Robot, tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("the command has connected"))
@@ -131,7 +131,7 @@ def test_an_unwritable_file_is_found_before_reading(
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
-def test_compare_shows_what_differs(robot: Robot, tmp_path: Path, capsys: Captured) -> None:
+def test_compare_shows_the_differences(robot: Robot, tmp_path: Path, capsys: Captured) -> None:
     robot()
     file = tmp_path / "points.toml"
     assert main(_backup(file)) == 0
@@ -152,7 +152,7 @@ def test_compare_shows_what_differs(robot: Robot, tmp_path: Path, capsys: Captur
     assert out.endswith("3 of 4 differ\n")
 
 
-def test_restore_writes_what_differs_and_nothing_without_the_option(
+def test_restore_writes_the_differences_only_with_the_option(
     robot: Robot, tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     robot()
@@ -192,7 +192,7 @@ def test_a_file_is_checked_before_the_first_command(
     assert capsys.readouterr().err == f"rcx: {file}{message}\n"
 
 
-def test_a_comment_that_is_empty_in_the_file_goes(robot: Robot, tmp_path: Path) -> None:
+def test_a_comment_that_is_empty_in_the_file_is_cleared(robot: Robot, tmp_path: Path) -> None:
     file = tmp_path / "c.toml"
     file.write_text("[comments]\n1 = ''\n2 = 'B'\n", encoding="utf-8")
     line = robot(RobotConfig(comments={1: "A"}))
@@ -261,7 +261,7 @@ def test_a_lost_connection_exits_with_1(robot: Robot, tmp_path: Path, capsys: Ca
         (["restore", "--write"], "what was being written may be stored; run it again to go on"),
     ],
 )
-def test_a_stopped_command_says_what_remains(
+def test_a_stopped_command_reports_the_remaining_work(
     robot: Robot, tmp_path: Path, capsys: Captured, action: list[str], left: str
 ) -> None:
     file = tmp_path / "a.toml"
@@ -271,7 +271,9 @@ def test_a_stopped_command_says_what_remains(
     assert capsys.readouterr().err.endswith(f"no packets arrive any more; {left}\n")
 
 
-def test_a_missing_connection_is_not_lost(robot: Robot, tmp_path: Path, capsys: Captured) -> None:
+def test_a_connection_that_cannot_be_opened_exits_with_2(
+    robot: Robot, tmp_path: Path, capsys: Captured
+) -> None:
     """If the connection cannot be opened, the exit code is 2, as for bad input."""
     line = robot()
     line.happen("", "power_off")
@@ -374,6 +376,6 @@ def test_a_backup_is_restored_over_the_network(tmp_path: Path, capsys: Captured)
     assert [one.together for one in judged.followers.values()] == [0]
 
 
-def test_a_controller_that_is_not_there_is_one_line(tmp_path: Path, capsys: Captured) -> None:
+def test_a_missing_controller_is_reported_in_one_line(tmp_path: Path, capsys: Captured) -> None:
     assert main(["points", "backup", "127.0.0.1", str(tmp_path / "a"), "--port", "1"]) == 2
     assert capsys.readouterr().err.count("\n") == 1

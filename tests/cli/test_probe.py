@@ -63,7 +63,7 @@ def test_the_list_has_every_question_and_sends_nothing(capsys: Captured) -> None
     assert "free-axes              Would set an axis free, which may fall." in out
 
 
-def test_only_confirmed_steps_are_asked(
+def test_only_confirmed_steps_are_performed(
     line: StationLine, types: Callable[..., list[str]], tmp_path: Path, capsys: Captured
 ) -> None:
     asked = types("yes", "y", "n")
@@ -85,7 +85,7 @@ def test_only_confirmed_steps_are_asked(
     assert "already exists; name another file with --out" in capsys.readouterr().err
 
 
-def test_motion_takes_the_word_move_for_each_step(
+def test_each_step_with_motion_needs_the_word_move(
     line: StationLine, types: Callable[..., list[str]], tmp_path: Path
 ) -> None:
     types("yes", "y")
@@ -100,7 +100,7 @@ def test_motion_takes_the_word_move_for_each_step(
     assert line.controller.machine.data.accumulated.motor_power_on_count == 1
 
 
-def test_without_agreement_nothing_is_done(
+def test_without_a_confirmation_nothing_is_done(
     line: StationLine, types: Callable[..., list[str]], tmp_path: Path, capsys: Captured
 ) -> None:
     types("no")
@@ -110,7 +110,7 @@ def test_without_agreement_nothing_is_done(
     assert not line.closed
 
 
-def test_ctrl_c_ends_it_with_a_report_and_130(
+def test_ctrl_c_ends_the_probe_with_a_report_and_130(
     line: StationLine, types: Callable[..., list[str]], tmp_path: Path, capsys: Captured
 ) -> None:
     types("yes", "y", "^C")

@@ -44,7 +44,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
     return run
 
 
-def test_a_run_tells_its_coverage_and_writes_the_report(run: Run, capsys: Captured) -> None:
+def test_a_run_prints_its_coverage_and_writes_the_report(run: Run, capsys: Captured) -> None:
     """The printed coverage is 66.6 %, because 40 scans never evaluate the second condition."""
     assert run("--for", "400ms", "--coverage") == 0
     out = re.sub(" +", " ", capsys.readouterr().out)
@@ -65,7 +65,7 @@ def test_the_demanded_coverage_decides_the_exit_code(run: Run, capsys: Captured)
     assert "66.6 %, FAIL: at least 100 % is demanded" in capsys.readouterr().out
 
 
-def test_the_library_counts_on_request(run: Run, capsys: Captured) -> None:
+def test_the_library_is_counted_on_request(run: Run, capsys: Captured) -> None:
     assert run("--for", "50ms", "--coverage", "--coverage-out=cov", "--coverage-library") == 0
     assert "lib/FB_Blink.st" in capsys.readouterr().out
     assert Path("cov/lib-FB_Blink.html").is_file()
@@ -115,7 +115,7 @@ def test_a_source_changed_during_the_run_is_reported(
     assert "Lamp.st was changed since it was compiled: run again" in capsys.readouterr().out
 
 
-def test_robot_programs_count_and_the_trace_is_the_same(
+def test_robot_programs_are_counted_and_the_trace_does_not_change(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
     """The coverage contains the robot program PLACE.PGM, and the trace does not change.

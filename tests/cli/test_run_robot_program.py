@@ -37,7 +37,7 @@ def test_a_wrong_robot_program_is_refused_before_the_run(
     assert f"{tmp_path / 'BAD.PGM'}:2: there is no label *NOWHERE" in capsys.readouterr().err
 
 
-def test_a_loop_in_which_no_time_passes_is_named_and_the_run_goes_on(
+def test_a_loop_without_a_wait_is_reported_and_the_run_continues(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A loop without a wait is reported with its line, and the run continues to its end.
@@ -58,7 +58,7 @@ def test_a_loop_in_which_no_time_passes_is_named_and_the_run_goes_on(
     assert "500 controller cycles" in shown
 
 
-def test_an_alarm_that_a_stimulus_has_raised_is_no_error_of_the_program(
+def test_an_alarm_from_a_stimulus_is_not_an_error_of_the_program(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """If a stimulus raises an alarm that stops the robot program, the exit code is 0."""

@@ -101,7 +101,9 @@ def test_a_command_imports_only_what_it_needs(repository: Path) -> None:
 
 
 @pytest.mark.exhaustive
-def test_a_program_that_was_run_before_needs_no_front_end(repository: Path, tmp_path: Path) -> None:
+def test_a_second_run_of_a_program_does_not_import_the_front_end(
+    repository: Path, tmp_path: Path
+) -> None:
     """A second run uses the cached program, so it does not import the front end."""
     example = repository / "plc" / "examples" / "01_power_up"
     words = ["run", str(example), "--robot", str(example / "robot.toml"), "--for", "10ms"]
@@ -116,7 +118,7 @@ def test_a_program_that_was_run_before_needs_no_front_end(repository: Path, tmp_
     assert not _below(again, *(f"structured_text.{one}" for one in others))
 
 
-def test_a_served_controller_has_in_memory_only_what_it_needs() -> None:
+def test_the_processes_of_a_served_controller_import_only_what_they_need() -> None:
     """The processes of `rcx serve` import only what they need, to save memory.
 
     Source: timing.md.
@@ -144,7 +146,7 @@ def test_a_command_is_listed_with_the_first_sentence_of_its_docstring(name: str)
     assert function.rstrip("_") == name
 
 
-def test_the_list_of_commands_gives_each_sentence_whole(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_list_of_commands_has_complete_sentences(capsys: pytest.CaptureFixture[str]) -> None:
     """`rcx --help` shows the whole sentence of each command, without a cut."""
     assert main(["--help"]) == 0
     said = " ".join(capsys.readouterr().out.split())
@@ -166,7 +168,7 @@ def test_each_command_is_in_one_of_five_panels(capsys: pytest.CaptureFixture[str
     assert sorted(name for names in shown.values() for name in names) == sorted(app.commands)
 
 
-def test_a_command_with_many_options_shows_the_rare_ones_in_panels() -> None:
+def test_a_command_with_many_options_has_panels_for_rare_options() -> None:
     """At most 15 options of a command have no panel, because long lists are hard to search.
 
     Each name in OPTION_PANELS is the name of an option.
@@ -196,7 +198,7 @@ def test_h_is_short_for_help(words: list[str], capsys: pytest.CaptureFixture[str
     assert shown[0] == shown[1]
 
 
-def test_every_command_of_the_folder_is_in_the_table() -> None:
+def test_every_command_is_in_the_table_of_commands() -> None:
     """The table COMMANDS contains each module of `cli` that has a function with its own name."""
     folder = Path(str(sys.modules["rcx_harness.cli.app"].__file__)).parent
     found = set()
@@ -210,7 +212,7 @@ def test_every_command_of_the_folder_is_in_the_table() -> None:
     assert [*app.commands] == [*COMMANDS]
 
 
-def test_help_ends_with_what_its_module_adds(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_help_ends_with_the_additional_lists(capsys: pytest.CaptureFixture[str]) -> None:
     """`rcx export --help` ends with the targets, `rcx run --help` with the events."""
     assert main(["export", "--help"]) == 0
     assert "Targets:" in capsys.readouterr().out.partition("--force")[2]

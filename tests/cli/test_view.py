@@ -55,7 +55,7 @@ def test_the_page_is_written_beside_the_trace(trace: Path, capsys: Captured) -> 
     assert changes == [(-1, 0), (10_000, 1)]
 
 
-def test_an_older_page_is_written_anew(trace: Path, tmp_path: Path, capsys: Captured) -> None:
+def test_an_older_page_is_overwritten(trace: Path, tmp_path: Path, capsys: Captured) -> None:
     page = tmp_path / "mine" / "page.html"
     for _ in range(2):
         assert main(["view", str(trace), "-o", str(page)]) == 0
@@ -97,7 +97,7 @@ def test_a_capture_is_judged_first(tmp_path: Path, capsys: Captured) -> None:
     assert "interval: SI(06) ON only 50 ms after SI(00) ON" in text
 
 
-def test_a_cut_capture_is_shown_up_to_the_cut(tmp_path: Path, capsys: Captured) -> None:
+def test_a_capture_that_is_cut_off_is_shown_up_to_its_end(tmp_path: Path, capsys: Captured) -> None:
     capture = pcap(tmp_path / "cell.pcap", _story().frames())
     capture.write_bytes(capture.read_bytes()[:-20])
     assert main(["view", str(capture)]) == 2
@@ -107,7 +107,7 @@ def test_a_cut_capture_is_shown_up_to_the_cut(tmp_path: Path, capsys: Captured) 
     assert _page(tmp_path / "cell.html").table["broken"] == 1
 
 
-def test_a_recording_of_rcx_scan_is_judged_too(tmp_path: Path) -> None:
+def test_a_recording_of_rcx_scan_is_judged(tmp_path: Path) -> None:
     """The page shows that two inputs change in one scan, which breaks a rule (chapter 5, 3)."""
     trace = tmp_path / "scan.jsonl"
     ready = "00" * 32 + "1201" + "00" * 14
@@ -150,7 +150,7 @@ def test_an_unfinished_trace_is_shown_up_to_its_end(trace: Path, capsys: Capture
         ),
     ],
 )
-def test_a_wrong_recording_is_one_line_and_no_page(
+def test_an_invalid_recording_is_one_line_and_no_page(
     tmp_path: Path, capsys: Captured, content: bytes, message: str
 ) -> None:
     file = tmp_path / "run.jsonl"
@@ -162,13 +162,13 @@ def test_a_wrong_recording_is_one_line_and_no_page(
     assert [one.name for one in tmp_path.iterdir()] == ["run.jsonl"]
 
 
-def test_a_missing_recording_is_one_line(tmp_path: Path, capsys: Captured) -> None:
+def test_a_missing_recording_is_reported_in_one_line(tmp_path: Path, capsys: Captured) -> None:
     for name in ("nothing.jsonl", "."):
         assert main(["view", str(tmp_path / name), "-o", str(tmp_path / "page.html")]) == 2
         assert re.search("cannot be read|is a folder, not a file", capsys.readouterr().err)
 
 
-def test_a_run_writes_the_page_that_its_trace_gives(
+def test_a_run_writes_the_page_of_its_trace(
     repository: Path, tmp_path: Path, capsys: Captured
 ) -> None:
     """`rcx run --view` writes the page that `rcx view` writes from the trace of the run.
