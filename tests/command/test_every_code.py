@@ -1,4 +1,4 @@
-"""Each of the 116 remote commands has a block, a test, a line in the table and an effect."""
+"""Each of the 116 remote commands has a block, a test, a row in the table, and an effect."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def _blocks(command: Command) -> list[str]:
     return [name for name, block in library().blocks.items() if command in block.commands]
 
 
-#: The codes in the lists of the guide, by category. Section 4.2.20 corrects the codes of motor
-#: power in its list.
+#: The codes in the lists of the guide, by category. For motor power, the list is wrong, and section
+#: 4.2.20 has the right codes.
 _CODES = {
     1: "001 002 003 004 006 007 009 00A 00E 00F 010 012 013 014 016 017 018 019 020 021 022 024 "
     "025 026 027 028 030 031 032 033 034 035 036 038 039 03A 03B 03C 03D 041 042 043 044 045 048 "
@@ -39,7 +39,10 @@ _CODES = {
 
 
 def test_the_commands_are_the_116_of_the_lists() -> None:
-    """Source: remote command guide 4.2 to 4.9, lists at their beginning."""
+    """spec/remote_commands.toml has the 116 commands of the guide's lists.
+
+    Source: remote command guide 4.2 to 4.9, lists at their beginning.
+    """
     listed = [(number, code) for number, text in _CODES.items() for code in text.split()]
     assert len(listed) == 116
     assert [(one.category, f"{one.code:03X}") for one in _COMMANDS] == listed
@@ -94,7 +97,7 @@ def test_what_one_block_leaves_out_another_block_of_the_command_has(command: Com
 def test_a_real_is_in_millimetres_or_percent_where_the_field_has_a_part_of_them(
     block: Block,
 ) -> None:
-    """The unit of the field is 0.001 mm, or 0.01 % of the direct speed.
+    """A pin is a REAL in mm or % if its field has the unit 0.001 mm or 0.01 %.
 
     Source: remote command guide 4.2.1.
     """
@@ -123,7 +126,7 @@ def _kinds(kind: str) -> tuple[str, ...]:
 
 
 def test_the_virtual_controller_executes_every_command() -> None:
-    """tests/robot/commands checks the effect of each command."""
+    """The virtual controller has every command. tests/robot/commands checks the effects."""
     import rcx_harness.robot.commands
     from rcx_harness.robot.commands.base import registered
 

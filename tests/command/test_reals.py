@@ -1,4 +1,4 @@
-"""REAL values are converted exactly to and from IEEE 754 patterns by arithmetic."""
+"""The library converts REAL values to IEEE 754 bit patterns and back without an error."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from structured_text.engines.base import Program
 
 PROGRAM = ROOT / "tests/data/library/Texts.st"
 
-#: Edges of the format: the smallest and largest denormal and normal numbers, 1, and their
-#: neighbours.
+#: Patterns at the limits of the format: the smallest and largest denormal and normal numbers, 1,
+#: and their neighbours.
 PATTERNS = [
     0x00000000, 0x00000001, 0x00000002, 0x007FFFFF, 0x00800000, 0x00800001, 0x3F7FFFFF,
     0x3F800000, 0x3F800001, 0x4B000000, 0x4AFFFFFF, 0x4B7FFFFF, 0x4B800000, 0x4F000000,
@@ -39,7 +39,10 @@ def _patterns() -> list[int]:
 
 
 def test_every_real_has_its_own_pattern_and_comes_back_from_it(plc: Program) -> None:
-    """Source: remote command guide 4.4.1: single-precision real numbers in 32 bits."""
+    """Each REAL has the right pattern, and each pattern gives the REAL.
+
+    Source: remote command guide 4.4.1: single-precision real numbers in 32 bits.
+    """
     for pattern in _patterns():
         plc.write("Main.Number32", _real(pattern))
         plc.write("Main.Bits", pattern)
@@ -68,7 +71,10 @@ def test_what_is_no_finite_number_gives_a_finite_one(
 
 @pytest.mark.parametrize(("number", "pattern"), [("inf", 0x7F800000), ("-inf", 0xFF800000)])
 def test_an_overflow_has_the_pattern_of_infinity(plc: Program, number: str, pattern: int) -> None:
-    """Source: IEEE 754: exponent 255, mantissa 0; the loop over the exponent ends there."""
+    """A number beyond the largest REAL has the pattern of infinity.
+
+    Source: IEEE 754, exponent 255.
+    """
     plc.write("Main.Number32", float(number))
     plc.scan(0)
     assert plc.read("Main.Pattern") == pattern
@@ -81,7 +87,7 @@ def test_an_overflow_has_the_pattern_of_infinity(plc: Program, number: str, patt
 def test_a_number_is_outside_of_its_limits_or_no_number(
     plc: Program, number: float, outside: bool
 ) -> None:
-    """The limits are -0.5 and 2.0."""
+    """Numbers outside of the limits -0.5 to 2.0, and NaN, are reported as outside."""
     plc.write("Main.Number32", number)
     plc.scan(0)
     assert plc.read("Main.Outside") is outside

@@ -14,8 +14,8 @@ from rcx_tools.docs.examples import ChartSpec, Example, Recorder, chart_specs, e
 from structured_text.errors import InputError
 
 _each = pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.name)
-#: Examples with an area at the beginning, with an area of 256 bytes, with areas in words at
-#: offsets, and with two robots.
+#: The examples that run over EtherNet/IP as well: 48 bytes at offset 0, 256 bytes, words at
+#: offsets, and two robots.
 _NETWORKED = [one for one in EXAMPLES if one.name[:2] in ("01", "02", "03", "12")]
 
 
@@ -90,7 +90,10 @@ def test_over_ethernet_ip_the_trace_is_the_same(example: Example) -> None:
 
 
 def test_the_power_up_goes_through_its_stages_and_reads_servo_and_position_back() -> None:
-    """Source: manual chapter 5, 3.1 and 3.2; guide chapter 2, example."""
+    """The example completes all stages, and reads the servo status and the position.
+
+    Source: manual chapter 5, 3.1 and 3.2; guide chapter 2, example.
+    """
     cell = finished("01_power_up").cell
     assert cell["Main.Stage"] == "STAGE_COMPLETE"
     assert cell["Main.Fault"] == 0
@@ -107,7 +110,7 @@ def test_the_power_up_goes_through_its_stages_and_reads_servo_and_position_back(
 def test_the_power_up_keeps_its_fault_until_reset_and_start_are_pressed_one_after_the_other() -> (
     None
 ):
-    """Source: design of the examples: a fault is kept, nothing restarts by itself."""
+    """If Reset and Start are pressed together, the fault stays. Source: design of the examples."""
     with examples()["01_power_up"].build("builtin") as cell:
         cell.run("600ms")
         cell.robot.inject("emergency_stop")
@@ -129,7 +132,7 @@ def test_the_power_up_keeps_its_fault_until_reset_and_start_are_pressed_one_afte
 
 
 def test_the_extended_area_is_written_and_read_at_its_offsets() -> None:
-    """Source: manual chapter 1, 4.2; guide 4.3.1."""
+    """The PLC uses the area of 256 bytes at m and n. Source: manual chapter 1, 4.2; guide 4.3.1."""
     cell = finished("02_extended_area").cell
     assert cell["Main.Complete"] is True
     assert cell["Main.Axis2"] == -20_000
@@ -139,7 +142,7 @@ def test_the_extended_area_is_written_and_read_at_its_offsets() -> None:
 
 
 def test_a_part_goes_to_the_robot_program_and_back() -> None:
-    """Source: manual chapter 5, 2, general-purpose words."""
+    """The robot program returns the values of the PLC. Source: manual chapter 5, 2, SIW and SOW."""
     cell = finished("03_general_io").cell
     assert cell["Main.Fault"] == 0
     assert cell["Main.Complete"] is True

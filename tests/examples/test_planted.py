@@ -1,7 +1,6 @@
-"""A user's cell with two robots, unchanged or with one of five faults, passes checks and good run.
+"""A normal run does not reveal any of five faults that were put into a user's cell.
 
-test_planted_found.py shows that a campaign finds the faults. These tests show that a good run does
-not find them.
+The cell has two robots. A campaign finds the faults: see test_planted_found.py.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ def _cell(project: Path) -> Cell:
 
 
 def _broken(cell: Cell) -> list[str]:
-    """Return the violated rules of the table "What always holds" in the cell's README."""
+    """Return the names of the properties in the cell's README that are violated now."""
     a, b = cell["Main.A.Holds"], cell["Main.B.Holds"]
     safe = cell["Main.CellSafe"]
     linked = cell["Main.Connected"] and cell["Main.Connected2"]
@@ -63,7 +62,10 @@ def test_it_compiles_and_is_portable(fault: Fault | None, tmp_path: Path, capsys
 @pytest.mark.exhaustive(but=["latch"])
 @_six
 def test_the_good_run_is_good(fault: Fault | None, tmp_path: Path) -> None:
-    """Source: tests/data/planted/cell/README.md: 11 parts, one change of the pallet, then Stop."""
+    """With and without a fault, the normal run breaks no property: 11 parts, a new pallet, Stop.
+
+    Source: tests/data/planted/cell/README.md.
+    """
     with _cell(planted(tmp_path, fault)) as cell:
         while cell.now_us < _RUN_US:
             cell.scan()
@@ -76,7 +78,7 @@ def test_the_good_run_is_good(fault: Fault | None, tmp_path: Path) -> None:
 
 
 def test_never_are_both_robots_between_home_and_pallet(tmp_path: Path) -> None:
-    """The test uses the real positions of the robots. The pallet is at positive pulses of axis 1.
+    """At most one robot is at positive pulses of axis 1, where the pallet is.
 
     Source: points 1, 10 and 21 to 26 of robot_a.toml and robot_b.toml.
     """

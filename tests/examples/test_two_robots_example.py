@@ -1,4 +1,4 @@
-"""Examples 12 and 14: two controllers on one PLC, independent except for a shared area."""
+"""Examples 12 and 14: two controllers on one PLC are independent, except for a shared area."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _EXAMPLE_14 = ("14_one_table", "Placer", "Taker")
 
 
 def _started(name: str) -> Cell:
-    """Return a cell in which both robots work."""
+    """Build the cell of an example, and press Start, so that both robots work."""
     folder = ROOT / "plc/examples" / name
     cell = Cell.build(
         sorted(folder.glob("*.st")),
@@ -42,7 +42,7 @@ def _started(name: str) -> Cell:
 
 
 def _press(cell: Cell, name: str, button: str) -> None:
-    """Press a button of both robots; example 14 has one button for both."""
+    """Press and release a button of both robots. In example 14 both robots share one button."""
     for value in (True, False):
         for keys in ("Key1.", "Key2.") if name.startswith("12") else ("",):
             cell[f"Main.{keys}{button}"] = value
@@ -58,7 +58,7 @@ def _away(cell: Cell) -> list[tuple[int, ...]]:
 
 
 def test_never_are_both_robots_on_the_way_to_the_tray_or_at_it() -> None:
-    """A robot that is not at its point 10 is at the tray or on its way.
+    """At most one robot is away from its point 10, so the other is not at the tray.
 
     Source: points 10 and 20 of robot1.toml and robot2.toml.
     """
@@ -77,7 +77,7 @@ def test_never_are_both_robots_on_the_way_to_the_tray_or_at_it() -> None:
 
 
 def test_while_the_second_robot_has_lost_its_link_the_first_ends_its_part_and_waits() -> None:
-    """When the second robot is known to be at its place again, both continue.
+    """While robot 2 has no link, robot 1 places its part and waits. Later both continue.
 
     Source: manual chapter 1, 5.2 (link loss), for each controller by itself.
     """
@@ -105,7 +105,7 @@ def test_while_the_second_robot_has_lost_its_link_the_first_ends_its_part_and_wa
 def test_the_fault_that_is_shown_is_one_of_the_list_whenever_it_comes(
     name: str, one: str, other: str, fault: str
 ) -> None:
-    """If two blocks end in one scan, the number is that of one block and not a mixture.
+    """The shown ErrorID is one of the list, even if two blocks end with an error in one scan.
 
     Source: docs/reference/errors.md.
     """
@@ -125,7 +125,7 @@ def test_the_fault_that_is_shown_is_one_of_the_list_whenever_it_comes(
 
 
 def test_an_emergency_stop_of_one_controller_leaves_the_other_running() -> None:
-    """Source: manual chapter 5, 3.1; only the shared safety circuit, CellSafe, stops both."""
+    """An emergency stop of controller 2 does not stop robot 1. Source: manual chapter 5, 3.1."""
     with _build() as cell:
         cell.run_until(lambda: cell["Main.Carry2.Fetch.Busy"], within="3s")
         cell.run("100ms")
@@ -150,7 +150,7 @@ def test_an_emergency_stop_of_one_controller_leaves_the_other_running() -> None:
 def test_one_that_is_led_from_its_place_has_the_area_until_it_is_known_to_be_back(
     name: str, first: str, second: str, how: str
 ) -> None:
-    """The robot is moved by hand without servos, or by the programming box in manual mode.
+    """A robot that was moved by hand keeps the area until it is at its place again.
 
     Source: head of FB_Interlock: clear Outside when servos, link or AUTO mode are lost
     """
@@ -191,7 +191,9 @@ def test_one_that_is_led_from_its_place_has_the_area_until_it_is_known_to_be_bac
 def test_one_that_waits_longer_than_a_minute_for_the_other_is_no_fault(
     name: str, waits: str
 ) -> None:
-    """The pendant of the second robot is plugged in, so its position is not known yet.
+    """Robot 1 waits more than a minute for robot 2 without a fault.
+
+    The pendant of robot 2 is plugged in, so its position is not known yet.
 
     Source: head of TwoRobots.st: a fault of one robot is not a fault of the other robot.
     """
@@ -215,7 +217,7 @@ def test_one_that_waits_longer_than_a_minute_for_the_other_is_no_fault(
 
 
 def test_the_areas_of_both_lie_one_behind_the_other() -> None:
-    """Source: manual chapter 1, 4.1: 48 bytes each."""
+    """The two areas of 48 bytes are adjacent in the image. Source: manual chapter 1, 4.1."""
     cell = finished("12_two_robots").cell
     one, two = cell.trace.scans()[-2:]
     assert (one.controller, two.controller) == (1, 2)
@@ -250,7 +252,7 @@ def test_a_part_at_the_one_table_is_taken_before_the_next_is_placed() -> None:
 def test_it_recovers_from_every_kind_of_fault_at_some_scans(
     example: str, tmp_path: object, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """`rcx sweep` without --every uses all scans. Source: tests/data/sweeps."""
+    """The cell recovers from each kind of fault at every 311th scan. Source: tests/data/sweeps."""
     folder, sweeps = ROOT / "plc/examples" / example, ROOT / "tests/data/sweeps"
     robots = [f"--robot={folder / f'robot{k}.toml'}" for k in (1, 2)]
     faults = "emergency_stop,link_down,power_cycle,alarm,plc_stop,plc_power_off"
