@@ -20,7 +20,7 @@ _NETWORKED = [one for one in EXAMPLES if one.name[:2] in ("01", "02", "03", "12"
 
 
 def _first(cell: Cell, byte: int, bit: int, on: bool = True) -> int:
-    """Return when the PLC first wrote this value to a bit of byte 32 or 33 [us]."""
+    """Return the first time at which a bit of byte 32 or 33 of the PLC was `on` [us]."""
     return next(one.t_us for one in cell.trace.scans() if bool(one.si[byte] >> bit & 1) is on)
 
 

@@ -25,7 +25,7 @@ def _hand(cell: Cell) -> bool:
 
 
 def _at_rest(cell: Cell, duration: str, look: Callable[[], Any] = lambda: None) -> list[Any]:
-    """Return where the robot stood still for at least two scans: axes 1 to 3, and `look()`."""
+    """Run the cell, and list each stop of two scans or more: axes 1 to 3 and `look()`."""
     seen = []
     for _ in range(int(duration.removesuffix("s")) * 100):
         cell.scan()

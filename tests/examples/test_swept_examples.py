@@ -80,7 +80,7 @@ def test_one_that_starts_by_itself_is_found(
 
 
 def _opened_at(event: str, at_ms: int) -> list[tuple[int, ...]]:
-    """Return where the hand opened in example 04 with a fault, Reset and Start."""
+    """Run example 04 with a fault, Reset and Start; return each position where the hand opened."""
     opened = []
     with examples()["04_pick_and_place"].build("builtin") as cell:
 
@@ -120,7 +120,7 @@ def _closed(cell: Cell) -> bool:
 @pytest.mark.exhaustive(but=["door"])
 @pytest.mark.parametrize("event", ["door", "emergency_stop", "link_down"])
 def test_wherever_it_is_interrupted_the_hand_opens_at_the_tray_only(event: str) -> None:
-    """The fault comes while the hand closes or opens, or while the robot carries a part.
+    """After a fault while the robot grips, carries or places, the hand opens only at the tray.
 
     Source: head of FB_PickPlace.
     """

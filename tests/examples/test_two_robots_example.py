@@ -228,7 +228,7 @@ def test_the_areas_of_both_lie_one_behind_the_other() -> None:
 
 
 def test_a_part_at_the_one_table_is_taken_before_the_next_is_placed() -> None:
-    """The second robot has a part in its hand during an emergency stop."""
+    """The table never has two parts, even if robot 2 has an emergency stop with a part in hand."""
     with _build("14_one_table") as cell:
         kept, there = False, list[bool]()
         while cell.now_us < 12_000_000:

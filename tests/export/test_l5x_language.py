@@ -1,4 +1,4 @@
-"""`rcx export l5x` writes Structured Text for Logix, and refuses what Logix does not have."""
+"""`rcx export l5x` translates Structured Text for Logix, or rejects what Logix lacks."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def _exported(folder: Path, text: str) -> Output:
 
 
 def _lines(folder: Path, variables: str, statements: str, declared: str = "") -> list[str]:
-    """Return the exported statements of a block."""
+    """Export a block with these variables and statements, and return its exported statements."""
     block = (
         f"FUNCTION_BLOCK FB_Mine\n  VAR\n{variables}\n  END_VAR\n{statements}\nEND_FUNCTION_BLOCK"
     )
@@ -88,7 +88,10 @@ END_TYPE
 def test_a_statement_is_said_in_the_words_of_logix(
     tmp_path: Path, variables: str, statement: str, wanted: list[str]
 ) -> None:
-    """Source: 1756-PM007, Structured Text; 1756-RM003, COP and TONR."""
+    """Each statement is exported with the instructions and syntax of Logix.
+
+    Source: 1756-PM007, Structured Text; 1756-RM003, COP and TONR.
+    """
     assert _lines(tmp_path, variables, statement, _DECLARATIONS) == wanted
 
 
@@ -107,7 +110,10 @@ END_FUNCTION
 
 
 def test_a_function_is_called_before_the_statement_that_uses_it(tmp_path: Path) -> None:
-    """Omitted arguments of the function have their defaults in each call."""
+    """In Logix, a function is called in a statement of its own.
+
+    Omitted arguments get their defaults.
+    """
     wanted = ["FC_Limited_1.Value := i;", "FC_Limited_1.Most := 9;", "FC_Limited(FC_Limited_1);"]
     wanted += ["Temp_D1 := FC_Limited_1.FcResult;", "i := Temp_D1 + 1;"]
     assert _lines(tmp_path, "i : DINT;", "i := FC_Limited(Value := i) + 1;", _DOUBLE) == wanted
@@ -237,13 +243,13 @@ def _values(program: Program, scans: int) -> list[dict[str, object]]:
 
 
 def _unsigned(key: str, value: object) -> object:
-    """Return a value as a DINT, which has the same bits as the DWORD."""
+    """Convert a DINT to the DWORD with the same bits."""
     return value & 0xFFFFFFFF if key == "bits" and isinstance(value, int) else value
 
 
 @pytest.fixture
 def probe(tmp_path: Path) -> tuple[Program, Program]:
-    """Return a program that is hard to export, and the same program read back from the file."""
+    """Return a program that is hard to export, and the same program read back from its L5X file."""
     source = tmp_path / "Probe.st"
     source.write_text(_PROBE)
     output = export("l5x", program=[source], only_needed=True)
@@ -255,7 +261,10 @@ def probe(tmp_path: Path) -> tuple[Program, Program]:
 
 
 def test_words_texts_reals_and_timers_keep_their_values(probe: tuple[Program, Program]) -> None:
-    """Bit patterns, wrap-around, signs, rounding, characters and timers agree in 60 scans."""
+    """The original and the program read back have equal values in 60 scans.
+
+    The values show bit patterns, wrap-around, signs, rounding, characters and timers.
+    """
     original, back = probe
     wanted = _values(original, 60)
     assert _values(back, 60) == wanted
@@ -287,7 +296,7 @@ def test_words_texts_reals_and_timers_keep_their_values(probe: tuple[Program, Pr
 def test_a_part_that_is_not_carried_is_named(
     tmp_path: Path, variables: str, statement: str, said: str
 ) -> None:
-    """The message also names the blocks that need the part."""
+    """A block that Logix cannot have is reported, and also the program that needs the block."""
     block = (
         f"FUNCTION_BLOCK FB_Mine\n  VAR\n{variables}\n  END_VAR\n{statement}\nEND_FUNCTION_BLOCK"
     )
@@ -302,7 +311,7 @@ def test_a_part_that_is_not_carried_is_named(
 def test_an_instruction_that_is_not_on_the_list_is_never_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """If the translation writes an instruction that Logix lacks, the block is left out.
+    """If the translation contains an instruction that Logix lacks, the block is left out.
 
     Source: Studio 5000 help, FLL: for ladder only.
     """

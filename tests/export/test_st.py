@@ -1,4 +1,4 @@
-"""`rcx export st` writes the library as one file, in an order that every compiler accepts."""
+"""`rcx export st` writes the library as one file. Names are declared before their use."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ Captured = pytest.CaptureFixture[str]
 
 @pytest.fixture(scope="module")
 def single(whole: bool, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the sample as one file."""
+    """Return the file of the exported sample."""
     (file,) = write(written("st", whole=whole), tmp_path_factory.mktemp("st") / "rcx3.st")
     return file
 
 
 @pytest.fixture(scope="module")
 def original(sources: Sources) -> list[Path]:
-    """Return the files that are exported."""
+    """Return the source files of the exported sample."""
     return list(dict.fromkeys(part.file for part in sources.parts))
 
 

@@ -25,7 +25,7 @@ _RECORD = "rcx-export.json"
 
 @pytest.fixture
 def plc(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the current folder, with a program that needs a function of the library."""
+    """Write a program that needs a function of the library, and return its folder."""
     folder = tmp_path / "plc"
     folder.mkdir()
     (folder / "Mine.st").write_text(_program("FC_RcxWord(LowByte := BYTE#16#01, HighByte := b)"))
@@ -54,8 +54,8 @@ def _texts(folder: Path) -> dict[str, bytes]:
 def _full() -> Iterator[None]:
     """Limit each file to 600 bytes, which simulates a full disk.
 
-    Python would not notice that files with compiled code are cut off, so it does not write such
-    files. The limit ends within the test, because pytest writes its own output after the test.
+    Python must not write compiled code meanwhile, because it would not notice that such a file is
+    cut off. The limit ends within the test, because pytest writes its own output afterwards.
     """
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     with pytest.MonkeyPatch.context() as python:
@@ -100,9 +100,9 @@ def test_a_full_disk_changes_no_folder(plc: Path, capsys: Captured) -> None:
 def test_without_its_record_no_file_of_a_folder_is_written(
     plc: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
-    """Without the record, a later export would treat the files as files of the user.
+    """If the disk is full when the record of an export is written, no file is written.
 
-    The disk is full when the record is written.
+    Without the record, a later export would treat the files as files of the user.
     """
 
     class Full(FileIO):
@@ -190,7 +190,10 @@ def test_an_earlier_export_is_replaced_on_request(plc: Path, capsys: Captured) -
 
 
 def test_unneeded_objects_of_an_earlier_export_go(plc: Path, capsys: Captured) -> None:
-    """Files that the user has changed or added stay."""
+    """A new export removes old objects that are not needed any more.
+
+    It does not remove files that the user has changed or added.
+    """
     lib = plc.parent / "lib"
     for name in ("core/FC_RcxWord", "core/FC_RcxBitMask", "core/FC_RcxOutside", "points/FC_One"):
         (lib / name).parent.mkdir(parents=True, exist_ok=True)
@@ -256,7 +259,7 @@ def test_a_record_names_nothing_outside_of_its_folder(plc: Path) -> None:
     ("target", "out"), [("st", "cell.st"), ("st", "a.st"), ("omron", "out"), ("keyence", "plc")]
 )
 def test_an_export_does_not_read_an_earlier_one(plc: Path, target: str, out: str) -> None:
-    """`--program .` means the user's files, however often they are exported."""
+    """`--program .` reads only the user's files, even if the folder contains an earlier export."""
     assert _export(target, out) == 0
     first = _texts(plc)
     assert _export(target, out, "--force") == 0
@@ -266,7 +269,7 @@ def test_an_export_does_not_read_an_earlier_one(plc: Path, target: str, out: str
 
 
 def test_other_commands_do_not_read_an_export_either(plc: Path, capsys: Captured) -> None:
-    """If the export were read, each name in the folder would be declared twice."""
+    """`rcx check .` ignores exported files; otherwise each name would be declared twice."""
     assert _export("st", "cell.st") == 0
     assert _export("keyence", "out", "--allow-missing") == 0
     assert main(["check", "."]) == 0

@@ -396,7 +396,7 @@ def _arrived(cell: Cell, moves: int) -> None:
 
 
 def test_codesys_texts_of_objects_without_their_end(tmp_path: Path) -> None:
-    """The project has types, lists, a block in a list's block, and a function without a result."""
+    """A CODESYS project with types, global lists, nested blocks and a procedure runs."""
     files = [_write(tmp_path, name, text) for name, text in _CODESYS.items()]
     files.append(_write(tmp_path, "Task.st", _TASK.format(main="PLC_PRG")))
     with _cell(files) as cell:
