@@ -1,4 +1,4 @@
-"""The adapter's process serves its objects and leaves nothing behind at its end."""
+"""The process of the adapter answers requests, and leaves no process and no memory at its end."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from structured_text.output.system import SharedMemory
 
 @pytest.fixture
 def memories(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Return the names of all shared memory created during the test."""
+    """Return a list that collects the names of all shared memory that the test creates."""
     names: list[str] = []
 
     class Recording(SharedMemory):
@@ -33,7 +33,7 @@ def memories(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 def is_gone(name: str) -> bool:
-    """Return whether no shared memory has this name any more."""
+    """Return whether the shared memory with this name was removed."""
     try:
         SharedMemory(name).close()
     except FileNotFoundError:
@@ -160,7 +160,10 @@ def test_ctrl_c_is_the_parents_to_handle(processes: list[subprocess.Popen[str]])
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
 def test_the_adapter_ends_when_its_parent_is_killed() -> None:
-    """The standard error of the parent stays open as long as parent or adapter runs."""
+    """If the parent process is killed, its adapter ends as well.
+
+    The test waits until standard error is closed, which both processes hold open.
+    """
     program = (
         "from rcx_harness.enip.target.adapter import Adapter\n"
         "adapter = Adapter()\n"

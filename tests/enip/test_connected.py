@@ -1,4 +1,4 @@
-"""Class 3: explicit messages within a connection, as bytes.
+"""Explicit messages within a class 3 connection are answered byte by byte as specified.
 
 A SendUnitData frame contains interface 0, time-out 0 and two items: a connected address (0xA1), and
 connected data (0xB1) that begin with the sequence count.
@@ -23,7 +23,7 @@ SIZE_IS_48 = "8E00 0000 3000"
 
 
 def unit(message: str, connection: str = "01000100", session: str = "01000000") -> bytes:
-    """Return a whole SendUnitData frame."""
+    """Return a SendUnitData frame with this message and connection id."""
     length = len(bytes.fromhex(message))
     data = f"00000000 0000 0200 A100 0400 {connection} B100 {length:02X}{0:02X} {message}"
     size = len(bytes.fromhex(data))
@@ -31,13 +31,16 @@ def unit(message: str, connection: str = "01000100", session: str = "01000000") 
 
 
 def reply(message: str) -> bytes:
-    """Return a SendUnitData with the originator's connection id."""
+    """Return the expected SendUnitData frame with a reply and the originator's connection id."""
     return unit(message, connection="78563412")
 
 
 @pytest.fixture
 def connected(bench: Any, registered: Session) -> Session:
-    """Return session 1 with a class 3 connection: id 0x00010001, time-out 10 ms times 16."""
+    """Return session 1 with a class 3 connection.
+
+    Its id is 0x00010001, its time-out 10 ms times 16.
+    """
     assert bench.ask(forward_open(**CLASS_3)) == opened()
     return registered
 
@@ -66,7 +69,7 @@ def test_a_refused_request_gets_its_status(connected: Session) -> None:
     "frame",
     [
         unit(f"0100 {GET_SIZE}", connection="02000100"),  # no such connection
-        unit("0100 0E"),  # half a request
+        unit("0100 0E"),  # an incomplete request
         unit(""),
     ],
 )
@@ -85,7 +88,7 @@ def test_a_connection_belongs_to_its_session(bench: Any, connected: Session) -> 
 
 
 def test_a_wrong_session_handle_is_refused(connected: Session) -> None:
-    """The answer has encapsulation status 0x64."""
+    """A message with another session handle gets encapsulation status 0x64."""
     assert connected.receive(unit(f"0100 {GET_SIZE}", session="09000000")) == bytes.fromhex(
         f"7000 0000 09000000 64000000 {CONTEXT} 00000000"
     )
@@ -96,14 +99,15 @@ def test_a_wrong_session_handle_is_refused(connected: Session) -> None:
     [
         "",
         "00000000 0000 0100 A100 0400 01000100",  # no data item
-        "01000000 0000 0200 A100 0400 01000100 B100 0200 0100",  # not the CIP interface
-        "00000000 0000 0200 A100 0200 0100 B100 0200 0100",  # half a connection id
-        "00000000 0000 0200 0000 0000 B200 0800 0E03 2004 2464 3004",  # unconnected
+        "01000000 0000 0200 A100 0400 01000100 B100 0200 0100",  # interface 1 instead of 0 (CIP)
+        # a connection id of 2 instead of 4 bytes
+        "00000000 0000 0200 A100 0200 0100 B100 0200 0100",
+        "00000000 0000 0200 0000 0000 B200 0800 0E03 2004 2464 3004",  # an unconnected message
         "00000000 0000 0200 A100 0400 01000100 B100 0900 0100",  # item longer than the frame
     ],
 )
 def test_malformed_data_are_refused(connected: Session, data: str) -> None:
-    """The answer has encapsulation status 0x03."""
+    """Malformed data get encapsulation status 0x03."""
     length = len(bytes.fromhex(data))
     head = f"01000000 00000000 {CONTEXT} 00000000"
     assert connected.receive(bytes.fromhex(f"7000 {length:02X}00 {head} {data}")) == bytes.fromhex(
@@ -117,9 +121,10 @@ def test_malformed_data_are_refused(connected: Session, data: str) -> None:
 def test_messages_and_replies_fit_the_connections_size(
     bench: Any, registered: Session, o_to_t: str, t_to_o: str, answer: str
 ) -> None:
-    """Ten bytes to the device do not fit into nine (0x15).
+    """A message or reply that is longer than the connection's size is refused.
 
-    Eight bytes from the device do not fit into seven (0x11).
+    10 bytes to the device do not fit into 9 bytes (status 0x15). 8 bytes from the device do not fit
+    into 7 bytes (status 0x11).
     """
     bench.ask(forward_open(**{**CLASS_3, "o_to_t": o_to_t, "t_to_o": t_to_o}))
     assert registered.receive(unit(f"0100 {GET_SIZE}")) == reply(f"0100 {answer}")
@@ -166,7 +171,10 @@ def test_a_large_connection_has_4002_bytes_at_most(bench: Any) -> None:
 def test_it_is_closed_by_its_triad_whatever_the_path(
     connected: Session, bench: Any, path: str
 ) -> None:
-    """Source: CIP volume 1, chapter 3, 5.5.3 (Forward Close)."""
+    """Forward Close finds a connection by its triad; the path has no effect.
+
+    Source: CIP volume 1, chapter 3, 5.5.3 (Forward Close).
+    """
     assert bench.ask(forward_close(path=path)) == bytes.fromhex(f"CE00 0000 {TRIAD} 00 00")
     assert connected.receive(unit(f"0100 {GET_SIZE}")) == b""
     assert bench.ask(forward_close(path=path)) == refused("0701", "CE")
@@ -180,7 +188,7 @@ def test_it_is_closed_with_its_session(connected: Session, bench: Any) -> None:
 def test_it_times_out_after_its_interval_times_its_multiplier(
     connected: Session, bench: Any
 ) -> None:
-    """The time-out is 10 ms times 16. Before the first message it is 10 s."""
+    """The connection times out after 16 intervals of 10 ms, or 10 s before the first message."""
     bench.now += 9.9
     assert connected.receive(unit(f"0100 {GET_SIZE}")) == reply(f"0100 {SIZE_IS_48}")
     bench.now += 0.159
@@ -201,9 +209,10 @@ def test_a_connection_never_used_times_out_after_ten_seconds(bench: Any) -> None
 
 
 def test_six_and_more_connections_at_a_time_but_not_any_number(bench: Any) -> None:
-    """A machine may have 16 connections, and all machines 32. Others get extended status 0x113.
+    """One machine may have 16 connections, and all machines together 32.
 
-    The last four connections are reserved for machines that have none.
+    Further connections get extended status 0x113. The last four are reserved for machines without a
+    connection.
     """
 
     def open_from(peer: str, serial: int) -> bytes:

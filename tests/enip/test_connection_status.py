@@ -15,7 +15,7 @@ def test_an_unknown_code_has_words_too() -> None:
 
 
 def test_a_reply_is_taken_apart_with_its_additional_status() -> None:
-    """The additional status 0x127 contains the size that fits."""
+    """The extended status 0x127 is decoded together with the size that the device accepts."""
     reply = cip.decode_reply(bytes.fromhex("D400 0102 2701 3600 0100 4D00 EFBEADDE 00 00"))
     assert reply == cip.Reply(0x54, 0x01, bytes.fromhex("0100 4D00 EFBEADDE 00 00"), (0x127, 0x36))
     assert cip.decode_reply(bytes.fromhex("D400 0102 2701")) is None

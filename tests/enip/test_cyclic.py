@@ -1,6 +1,7 @@
-"""Class 1 connections of a device, with literal packets, virtual time and no sockets.
+"""Class 1 connections of a device send and accept packets at the right times.
 
-Times are in microseconds. The connections and their packets are in `exchange_bench`.
+The tests use literal packets and virtual time, without sockets. Times are in microseconds. The
+connections and their packets are in `exchange_bench`.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from rcx_harness.enip.cyclic.connections import ConnectionParameters, EndReason,
 from rcx_harness.enip.cyclic.journal import ConnectionEvent
 from rcx_harness.enip.cyclic.shared import Drop, SharedImages
 
-# Packets of the robot
+# Tests of the packets that the robot sends
 
 
 def test_a_packet_goes_out_every_interval(owned: Device) -> None:
@@ -70,7 +71,7 @@ def test_packets_go_to_the_port_and_with_the_code_point_agreed(device: Device) -
     assert device.sent[0][1:] == ((MASTER, 40_000), 47)
 
 
-# Packets of the master
+# Tests of the packets that the master sends
 
 
 def test_data_of_the_running_master_goes_into_assembly_150(owned: Device) -> None:
@@ -86,7 +87,7 @@ def test_data_of_the_running_master_goes_into_assembly_150(owned: Device) -> Non
 def test_data_is_there_when_the_state_run_is_published(
     owned: Device, monkeypatch: pytest.MonkeyPatch, before: list[int]
 ) -> None:
-    """The data are written before RUN is published, at the start and after idle."""
+    """A reader that sees RUN finds the data, both at the start and after idle."""
     seen: list[tuple[OwnerState, bytes]] = []
     set_owner = SharedImages.set_owner
 
@@ -114,7 +115,10 @@ def test_an_arrival_is_published_after_its_data(
 
 
 def test_the_program_stops_and_starts_again(owned: Device) -> None:
-    """Data of an idle master are not used. The generation counts changes, not packets."""
+    """Data of an idle master are ignored.
+
+    `generation` counts the changes of the state, not the packets.
+    """
     states = []
     for number, run in enumerate((0, 1, 0, 0, 1), 1):
         owned.exchange.receive(packet(number, number, run=run), MASTER, 0)
@@ -143,7 +147,7 @@ def test_without_run_idle_header_the_master_runs(device: Device) -> None:
             bytes.fromhex(f"0200 0280 0800 11111111 08000000 B100 3500 0200 01000000 {DATA[:-2]}"),
             Drop.LENGTH,
         ),
-        (packet(7, 2), Drop.OLD),  # a repeated number
+        (packet(7, 2), Drop.OLD),  # a repeated sequence number
         (packet(6, 2), Drop.OLD),
         (packet(0x80000007, 2), Drop.OLD),
         (packet(0x70000000, 2), Drop.JUMP),
@@ -162,9 +166,9 @@ def test_a_dropped_packet_is_counted_with_its_reason(
 
 
 def test_a_forged_packet_with_a_far_number_takes_nothing_from_the_owner(owned: Device) -> None:
-    """An attacker sends hundreds of packets with the address and connection id of the owner.
+    """Forged packets with far sequence numbers are dropped, and the owner's connection continues.
 
-    The owner's connection continues.
+    The forged packets have the owner's address and connection id.
     """
     owned.exchange.receive(packet(1, 1), MASTER, 0)
     for number in range(2, 50):
@@ -177,9 +181,9 @@ def test_a_forged_packet_with_a_far_number_takes_nothing_from_the_owner(owned: D
 
 
 def test_a_wrong_length_is_stored_beside_the_right_one(owned: Device) -> None:
-    """A packet without the header has 50 bytes: 48 bytes of data and a count of 2 bytes.
+    """The device stores the length of a dropped packet (50 bytes) and the agreed length (54 bytes).
 
-    The header has 4 bytes, so the agreed length is 54 bytes. The device stores both lengths.
+    The dropped packet lacks the run/idle header of 4 bytes.
     """
     wrong = bytes.fromhex(f"0200 0280 0800 11111111 08000000 B100 3200 0200 {DATA}")
     owned.exchange.receive(wrong, MASTER, 0)
@@ -215,7 +219,7 @@ def test_gaps_between_packets_are_stored(owned: Device) -> None:
     assert owned.images.gaps_us() == [10_100, 9_800]
 
 
-# The end of connections
+# Tests of time-outs and of closed connections
 
 
 @pytest.mark.parametrize(
@@ -260,9 +264,9 @@ def test_the_time_out_counts_the_masters_interval_not_ours(device: Device) -> No
 
 
 def test_the_first_packet_brings_the_end_nearer(device: Device) -> None:
-    """The first packet changes the time-out from 10 s to 16 intervals of 2 ms.
+    """The first packet shortens the time-out from 10 s to 16 intervals of 2 ms.
 
-    The robot's next packet is much later.
+    The device must check this time-out before its own next packet is due.
     """
     device.exchange.add(replace(OWNER, o_to_t_api_us=2_000, t_to_o_api_us=3_200_000), 0)
     assert device.poll(10_000) == 3_210_000
@@ -273,9 +277,9 @@ def test_the_first_packet_brings_the_end_nearer(device: Device) -> None:
 
 
 def test_a_second_connection_is_due_at_its_own_time(device: Device) -> None:
-    """A second connection sends in time, even if the next packet of the first is due later.
+    """A second connection sends at its own times, even if the first one sends more slowly.
 
-    The first connection may also close.
+    This does not change when the first connection is closed.
     """
     device.exchange.add(replace(OWNER, t_to_o_api_us=3_200_000), 0)
     assert device.poll(10_000) == 3_210_000
@@ -299,7 +303,10 @@ def test_after_the_time_out_nothing_is_sent_and_nothing_is_taken(owned: Device) 
 
 
 def test_a_closed_connection_ends_without_report(owned: Device) -> None:
-    """Closing a connection that is not open has no effect."""
+    """The end of a closed connection is not reported.
+
+    Closing an unknown connection has no effect.
+    """
     owned.exchange.receive(packet(1, 1), MASTER, 0)
     owned.exchange.remove(99, 0)
     assert owned.images.status().owners == 1
@@ -329,11 +336,11 @@ def test_an_adapter_that_goes_off_has_forgotten_all_connections(owned: Device) -
     assert owned.poll(0) is None
 
 
-# The journal of events
+# Tests of the journal of connection events
 
 
 def told(device: Device) -> list[tuple[int, str, str, str, int]]:
-    """Return the new entries of the journal: time, kind, state, peer, readers."""
+    """Return the new entries of the journal as (time, kind, state, peer, number of readers)."""
     events = [ConnectionEvent.from_record(one) for one in device.images.events.read().records]
     return [(one.at_us, one.kind.value, one.state, one.peer, one.readers) for one in events]
 

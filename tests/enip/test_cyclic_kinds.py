@@ -1,4 +1,4 @@
-"""Several class 1 connections at once: input only, listen only, multicast.
+"""Several class 1 connections work at the same time: input only, listen only, multicast.
 
 Times are in microseconds. The connections and their packets are in `exchange_bench`.
 """
@@ -28,7 +28,7 @@ from rcx_harness.enip.cyclic.connections import (
     multicast_address,
 )
 
-# Input only and listen only
+# Tests of input-only and listen-only connections
 
 
 def test_input_only_receives_the_outputs_and_owns_nothing(device: Device) -> None:
@@ -153,14 +153,14 @@ def test_point_to_point_beside_multicast_is_sent_for_itself(device: Device) -> N
         ("192.168.0.9", "255.255.255.0", "239.192.2.0"),
         ("192.168.0.254", "255.255.255.0", "239.192.32.160"),
         ("10.0.4.0", "255.0.0.0", "239.192.128.224"),
-        ("10.0.4.1", "255.0.0.0", "239.192.1.0"),  # host 1025 counts as 1 of 1024
+        ("10.0.4.1", "255.0.0.0", "239.192.1.0"),  # host number 1025 has the group of host number 1
         ("127.0.0.1", "255.0.0.0", "239.192.1.0"),
     ],
 )
 def test_the_multicast_group_follows_from_the_host_number(
     host: str, netmask: str, group: str
 ) -> None:
-    """Each host has a block of 32 groups from 239.192.1.0; the first host number is 1.
+    """Each host has a block of 32 groups, starting with host number 1 at 239.192.1.0.
 
     Source: EtherNet/IP adaptation of CIP (volume 2), chapter 3.
     """

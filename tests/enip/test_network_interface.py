@@ -38,12 +38,15 @@ def test_an_adapter_on_all_addresses_has_the_address_that_reaches_the_peer() -> 
 
 
 def test_without_a_route_the_address_is_the_loopback() -> None:
-    """Without permission, the system refuses a route to a broadcast address."""
+    """If the system refuses a route, here to a broadcast address, the loopback address is used."""
     assert address_toward(ANY, "255.255.255.255") == "127.0.0.1"
 
 
 def test_an_address_of_no_interface_gets_a_guessed_netmask() -> None:
-    """The address 203.0.113.0/24 is reserved for documentation."""
+    """An address that no interface has gets the netmask 255.255.255.0.
+
+    The addresses 203.0.113.0/24 are reserved for documentation.
+    """
     assert find_interface("203.0.113.77") == NetworkInterface("203.0.113.77", "255.255.255.0")
 
 

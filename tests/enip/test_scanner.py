@@ -1,8 +1,8 @@
-"""A scanner and an adapter on the loopback interface: class 1 connections from end to end.
+"""A scanner and an adapter on the loopback interface exchange data over class 1 connections.
 
-No test measures time. To wait for an effect, a test sends explicit requests to the adapter, up to a
-number that even a slow machine does not need. If a test must not have a time-out, the time-out is
-512 intervals long.
+No test measures time. To wait for an effect, a test sends explicit requests to the adapter. The
+limit is so high that even a slow computer does not reach it. If a time-out would disturb a test,
+the time-out is 512 intervals.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def shared_adapter() -> Iterator[Adapter]:
 
 @pytest.fixture
 def adapter(shared_adapter: Adapter) -> Adapter:
-    """Return the shared adapter, after the connections of the previous test are closed."""
+    """Wait until the connections of the previous test are closed, and return the shared adapter."""
     eventually(shared_adapter, lambda: shared_adapter.shared.status().connections == 0)
     shared_adapter.write_to_master(TO_MASTER)
     return shared_adapter
@@ -69,7 +69,7 @@ def scan(
 
 
 def eventually(adapter: Adapter, condition: Callable[[], bool]) -> None:
-    """Send requests to the adapter until a condition holds."""
+    """Send requests to the adapter until the condition is true."""
     with Client(*adapter.address, timeout_s=60.0) as client:
         for _ in range(100_000):
             if condition():
@@ -91,7 +91,7 @@ def test_both_areas_are_exchanged(adapter: Adapter) -> None:
 def test_the_scanner_has_a_serial_number_of_its_own_and_each_opening_another_one(
     adapter: Adapter, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The triad identifies a connection worldwide.
+    """Each scanner and each opening has a new serial number, because the triad must be unique.
 
     Source: CIP volume 1, chapter 3, 5.5.1.5 to 5.5.1.7
     """
@@ -250,7 +250,7 @@ def test_areas_of_another_size_are_refused(adapter: Adapter) -> None:
 def test_the_end_of_the_session_leaves_the_connection_alone_and_forward_close_ends_it(
     adapter: Adapter,
 ) -> None:
-    """Forward Close uses a new session. Closing the scanner twice is allowed."""
+    """The connection stays open when its session ends; Forward Close ends it over a new session."""
     with scan(adapter) as scanner:
         scanner.open()
         eventually(adapter, lambda: scanner.read().connected)
@@ -312,9 +312,9 @@ def test_a_scanner_whose_process_has_died_is_not_connected(adapter: Adapter) -> 
 def test_an_implausible_reply_opens_nothing_and_is_explained(
     adapter: Adapter, monkeypatch: pytest.MonkeyPatch, length: int, text: str
 ) -> None:
-    """The replies have an interval of 0 us, or are incomplete.
+    """If the reply to a Forward Open is incomplete or has an interval of 0 us, opening fails.
 
-    The opened connection is closed again.
+    The scanner closes the connection that the adapter has opened.
     """
     rest = bytes(8 if length == 16 else 0)
     monkeypatch.setattr(
@@ -349,7 +349,7 @@ def test_packets_that_cannot_be_used_are_not_called_silence(drops: str, message:
 
 
 def test_a_scanner_knows_why_it_drops_packets(adapter: Adapter) -> None:
-    """A packet of 22 bytes arrives at the scanner's port from the adapter's address."""
+    """The scanner reports that it has dropped a packet of 22 bytes instead of 50."""
     with scan(adapter) as scanner, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         scanner.open()
         assert scanner.connection is not None
