@@ -153,7 +153,7 @@ def test_a_block_with_its_defaults_sends_a_legal_command(
     _check(reading, pins, plc.exchange({}))
 
 
-def test_the_telegram_has_what_the_pins_say(
+def test_the_telegram_has_the_values_of_the_pins(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
     """Random legal pin values give the right telegram. Pins without an effect get random values."""
@@ -302,7 +302,7 @@ def _compare(plc: CommandBench, expected: Pins) -> None:
         assert same(got[name], value), f"{name} is {got[name]}, not {value}"
 
 
-def test_the_inputs_are_encoded_once_by_the_rising_edge_alone(
+def test_only_a_rising_edge_samples_the_inputs(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
     """Only a rising edge while the block is not Busy samples the inputs.
@@ -339,7 +339,7 @@ def test_the_inputs_are_encoded_once_by_the_rising_edge_alone(
             plc.finish()
 
 
-def test_an_edge_right_after_the_end_is_shown_is_taken(
+def test_an_edge_right_after_the_end_starts_the_block_again(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
     """Execute falls before the end, so Done is TRUE for one scan.

@@ -16,7 +16,7 @@ from structured_text.output.units import parse_us
 
 
 @pytest.mark.parametrize("name", list(BLOCKS))
-def test_what_was_asked_for_is_what_goes_out_when_the_turn_comes(name: str) -> None:
+def test_a_waiting_block_sends_the_values_of_its_rising_edge(name: str) -> None:
     """After the wait, the block sends the values of the rising edge.
 
     Source: design of the library, 3.
@@ -49,7 +49,7 @@ def test_what_was_asked_for_is_what_goes_out_when_the_turn_comes(name: str) -> N
     assert plc.pin("ErrorID") == 0x8011
 
 
-def test_an_edge_of_a_general_command_that_waits_is_nothing() -> None:
+def test_an_edge_while_the_block_waits_is_ignored() -> None:
     """An edge of Execute while the block waits is ignored. Source: PLCopen, edge while Busy."""
     plc = bench_of("FB_ReadDate", "builtin")
     first = plc.send({})[0]
@@ -65,7 +65,7 @@ def test_an_edge_of_a_general_command_that_waits_is_nothing() -> None:
 
 
 @pytest.mark.parametrize("name", ["FB_ReadDate", "FB_ReadServoStatus", "FB_PalletMovePtp"])
-def test_done_is_shown_for_one_scan_where_execute_has_fallen(name: str) -> None:
+def test_done_is_shown_for_one_scan_if_execute_has_fallen(name: str) -> None:
     """If Execute falls before the end, Done is TRUE for one scan.
 
     Source: design of the library, 3.
@@ -88,7 +88,7 @@ def test_done_is_shown_for_one_scan_where_execute_has_fallen(name: str) -> None:
         ("FB_ReadVariable", [0, 0xFFFF, 0, 7, 0], {"ValueInteger": 0, "ValueReal": 0.0}),
     ],
 )
-def test_a_kind_that_the_guide_does_not_have_shows_nothing(
+def test_an_unknown_value_in_the_answer_keeps_the_defaults(
     name: str, response: list[int], expected: Mapping[str, Value]
 ) -> None:
     """If the answer has a value that the guide does not list, the outputs keep their defaults.
@@ -100,7 +100,7 @@ def test_a_kind_that_the_guide_does_not_have_shows_nothing(
     assert plc.pins(expected) == expected
 
 
-def test_an_abnormal_end_brings_no_servo_states() -> None:
+def test_an_abnormal_end_keeps_the_default_servo_states() -> None:
     """After an abnormal end, the servo states keep their defaults.
 
     The words of the answer are an alarm. Source: remote command guide 1.1, 0x4000.
@@ -125,7 +125,7 @@ def test_a_direct_speed_of_less_than_a_hundredth_of_a_percent_is_refused(name: s
 
 
 @pytest.mark.parametrize("name", ["FB_AssignValue"])
-def test_a_real_that_does_not_count_is_not_looked_at(name: str) -> None:
+def test_a_real_without_an_effect_is_not_checked(name: str) -> None:
     """For an integer variable, ValueReal has no effect.
 
     Source: guide 4.4.1: SGI0 to SGI31 contain integers.

@@ -74,7 +74,7 @@ def test_a_robot_without_hand_systems_shows_none() -> None:
     assert plc["Position.HandSystem"] == "HAND_NONE"
 
 
-def test_the_status_reset_command_stops_it() -> None:
+def test_the_status_reset_command_stops_the_output() -> None:
     """When Enable falls, the block ends the output with code 0x0000. Source: guide 4.7.4."""
     plc = jog_plc()
     _reading(plc)
@@ -113,7 +113,7 @@ def test_the_continuous_mode_of_fb_remote_command_ends_at_its_timeout() -> None:
     assert plc.words[0] == 0
 
 
-def test_an_enable_that_falls_before_the_status_comes_ends_it_when_it_comes() -> None:
+def test_if_enable_falls_early_the_code_stays_until_the_status_changes() -> None:
     """If Enable falls early, the code stays until the status changes. Source: guide 1.1, note."""
     plc = jog_plc()
     _reading(plc)
@@ -123,7 +123,7 @@ def test_an_enable_that_falls_before_the_status_comes_ends_it_when_it_comes() ->
     assert plc.words[0] == 0
 
 
-def test_an_enable_that_falls_before_the_code_is_out_sends_nothing() -> None:
+def test_if_enable_falls_before_the_code_is_sent_nothing_is_sent() -> None:
     plc = jog_plc()
     plc.change("Position.Enable", to=True)
     plc.change("Position.Enable", to=False, scans=5)
@@ -145,7 +145,7 @@ def test_an_abnormal_end_is_shown_with_its_alarm_until_enable_falls() -> None:
     assert plc["Position.AlarmGroup"] == 0
 
 
-def test_a_normal_end_is_none_that_this_command_can_have() -> None:
+def test_a_normal_end_is_an_error() -> None:
     """Status 0x0200 gives error 16#8014, as the continuous mode has no normal end.
 
     Source: guide 4.7.4.
@@ -164,7 +164,7 @@ def test_a_status_that_falls_back_to_ready_is_a_lost_command() -> None:
     assert plc["Position.ErrorID"] == 0x8014
 
 
-def test_without_a_first_position_it_ends_at_timeout() -> None:
+def test_without_a_first_position_the_block_ends_at_timeout() -> None:
     """After the time limit the block shows 16#8011, but holds its code. Source: guide 1.1, note."""
     plc = jog_plc()
     _reading(plc, Timeout="T#100ms")
@@ -189,7 +189,7 @@ def test_an_illegal_robot_number_is_refused_without_a_telegram(number: int) -> N
     assert plc.words[0] == 0
 
 
-def test_a_lost_link_ends_it_and_nothing_restarts() -> None:
+def test_a_lost_link_ends_the_output_and_nothing_restarts() -> None:
     plc = jog_plc()
     _reading(plc)
     plc.answer(0x0100, PULSES, scans=1)

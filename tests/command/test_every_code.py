@@ -49,7 +49,7 @@ def test_the_commands_are_the_116_of_the_lists() -> None:
 
 
 @every_command
-def test_the_code_stands_in_the_file_of_a_block_that_has_a_test(command: Command) -> None:
+def test_each_code_is_in_a_block_with_a_test(command: Command) -> None:
     blocks = _blocks(command)
     assert blocks
     for name in blocks:
@@ -75,7 +75,7 @@ def test_the_table_of_commands_has_a_row_with_block_test_and_section(command: Co
 
 
 @every_command
-def test_what_one_block_leaves_out_another_block_of_the_command_has(command: Command) -> None:
+def test_the_blocks_of_a_command_together_have_all_its_fields(command: Command) -> None:
     """Together, the blocks send every field and value of the manual, and show every answer field.
 
     Source: design of the library, 3: every flag and field of the manual is reachable.
@@ -94,7 +94,7 @@ def test_what_one_block_leaves_out_another_block_of_the_command_has(command: Com
 
 
 @pytest.mark.parametrize("block", library().blocks.values(), ids=lambda one: str(one.name))
-def test_a_real_is_in_millimetres_or_percent_where_the_field_has_a_part_of_them(
+def test_a_real_pin_has_the_unit_mm_or_percent(
     block: Block,
 ) -> None:
     """A pin is a REAL in mm or % if its field has the unit 0.001 mm or 0.01 %.

@@ -64,7 +64,7 @@ def _sent(block: Pins, pins: dict[str, Value], robot: int = 0) -> str:
 
 
 @every_block_of_the_reading
-def test_each_member_goes_out_as_the_manual_has_it(block: Pins) -> None:
+def test_each_enumeration_value_is_sent_as_in_the_manual(block: Pins) -> None:
     """Each enumeration value of an input gives the words of the manual.
 
     Source: remote command guide 4.2 to 4.9, code and legend of each command's table.
@@ -87,7 +87,7 @@ _MISSING_MEMBERS = {
 }
 
 
-def test_no_member_is_refused_but_those_that_the_commands_table_lacks() -> None:
+def test_only_values_that_the_commands_table_lacks_are_refused() -> None:
     """Only values that are missing in a command's table are refused.
 
     Source: remote command guide 4.2 to 4.9, legend of each command's table.
@@ -103,7 +103,7 @@ def test_no_member_is_refused_but_those_that_the_commands_table_lacks() -> None:
 
 
 @every_block_of_the_reading
-def test_robots_and_defaults_go_out_as_the_manual_has_them(block: Pins) -> None:
+def test_robots_and_defaults_are_sent_as_in_the_manual(block: Pins) -> None:
     """With default pins, bits 15 to 12 of n contain the robot number if the command has one.
 
     Source: remote command guide 4.2 to 4.9, robot designation.
@@ -114,7 +114,7 @@ def test_robots_and_defaults_go_out_as_the_manual_has_them(block: Pins) -> None:
 
 
 @every_block_of_the_reading
-def test_each_other_pin_goes_out_in_its_place_and_unit(block: Pins) -> None:
+def test_each_other_pin_is_sent_in_its_word_and_unit(block: Pins) -> None:
     """Each number or text is sent in the word and unit of the manual.
 
     The test sends the lowest and highest legal numbers, or typical ones if the manual has no
@@ -138,7 +138,7 @@ def test_each_other_pin_goes_out_in_its_place_and_unit(block: Pins) -> None:
 
 
 @every_block_of_the_reading
-def test_each_answer_is_shown_as_the_manual_has_it(block: Pins) -> None:
+def test_each_answer_is_shown_as_in_the_manual(block: Pins) -> None:
     """Each output shows its part of an answer.
 
     Source: remote command guide 4.2 to 4.9, normal end of each command.
@@ -264,7 +264,7 @@ def test_every_member_of_every_type_was_sent_or_shown() -> None:
 @pytest.mark.parametrize(
     "block", [one for one in BLOCKS.values() if not one.level], ids=lambda one: str(one.name)
 )
-def test_a_command_without_an_end_fails_after_the_time_limit_of_its_kind(block: Pins) -> None:
+def test_a_command_without_an_end_fails_after_its_default_time_limit(block: Pins) -> None:
     """The default time limit is 60 s for movements, and 5 s for other commands.
 
     Source: design of the library: time limits are those of docs/reference/blocks.md; the manual

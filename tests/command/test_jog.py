@@ -83,7 +83,7 @@ def test_after_the_stop_the_interlock_signal_is_set_on_again_by_itself() -> None
     assert plc["Robot.Settled"]
 
 
-def test_an_enable_that_comes_back_while_stopping_jogs_again_once_ready() -> None:
+def test_an_enable_during_the_stop_jogs_again_after_the_stop() -> None:
     plc = jog_plc()
     jogging(plc)
     plc.change("Jog.Enable", to=False)
@@ -98,7 +98,7 @@ def test_an_enable_that_comes_back_while_stopping_jogs_again_once_ready() -> Non
     assert plc.words[2] == 2
 
 
-def test_an_enable_that_falls_before_the_code_is_out_sends_nothing() -> None:
+def test_if_enable_falls_before_the_code_is_sent_no_jog_is_sent() -> None:
     plc = jog_plc()
     plc.change("Jog.Enable", to=True)
     plc.change("Jog.Enable", to=False, scans=10)
@@ -212,7 +212,7 @@ def test_an_illegal_value_after_a_legal_jog_sends_nothing() -> None:
     assert plc.words[0] == 0
 
 
-def test_with_the_stop_input_off_or_in_emergency_stop_no_jog_goes_out() -> None:
+def test_with_the_stop_input_off_or_in_emergency_stop_no_jog_is_sent() -> None:
     """While SI(06) or SI(00) is OFF, no jog is sent.
 
     Source: manual chapter 5, 2, SI(06) and SI(00).
@@ -226,7 +226,7 @@ def test_with_the_stop_input_off_or_in_emergency_stop_no_jog_goes_out() -> None:
         assert plc.words[0] == 0
 
 
-def test_a_stop_that_is_never_answered_lets_the_channel_go_after_timeout() -> None:
+def test_a_stop_without_an_answer_ends_at_timeout() -> None:
     """If the controller never ends the jog, SI(06) stays OFF, and a new Enable gives an error."""
     plc = jog_plc()
     jogging(plc, Timeout="T#100ms")

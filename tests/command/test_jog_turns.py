@@ -16,7 +16,7 @@ def test_a_jog_waits_for_its_turn() -> None:
     plc.scan_until(lambda: plc.words[0] == 0x0020, most=4)
 
 
-def test_a_command_that_waits_goes_out_only_when_si06_is_back() -> None:
+def test_a_waiting_command_is_sent_only_when_si06_is_on_again() -> None:
     """A waiting command is sent after SI(06) is ON again.
 
     Before, it would end with alarm 12.400.
@@ -33,7 +33,7 @@ def test_a_command_that_waits_goes_out_only_when_si06_is_back() -> None:
     assert plc["Robot.Settled"]
 
 
-def test_a_command_is_not_held_back_where_the_stop_stays() -> None:
+def test_a_command_does_not_wait_while_stop_ok_is_false() -> None:
     """If StopOk holds SI(06) OFF, commands do not wait, as some commands move nothing."""
     plc = jog_plc()
     jogging(plc)
@@ -42,7 +42,7 @@ def test_a_command_is_not_held_back_where_the_stop_stays() -> None:
     plc.give("First", 0x0501, most=5)
 
 
-def test_while_a_program_stop_holds_si06_the_next_command_does_not_wait_for_it() -> None:
+def test_a_command_does_not_wait_while_a_program_stop_holds_si06_off() -> None:
     """If a program stop holds SI(06) OFF, the next command does not wait until SI(06) is ON."""
     plc = jog_plc()
     jogging(plc)
@@ -53,7 +53,7 @@ def test_while_a_program_stop_holds_si06_the_next_command_does_not_wait_for_it()
     assert plc.inputs == ["SI00"]
 
 
-def test_a_jog_that_ended_while_nothing_could_be_written_needs_no_stop() -> None:
+def test_a_jog_that_ended_while_the_area_was_illegal_needs_no_stop() -> None:
     """If the jog ends while the area cannot be written, the block needs no stop afterwards."""
     plc = jog_plc()
     jogging(plc)

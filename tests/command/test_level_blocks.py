@@ -38,7 +38,7 @@ def test_the_channel_shows_the_code_of_the_command(plc: PlcBench, block: str, co
 
 
 @pytest.mark.parametrize("block", BLOCKS)
-def test_behind_a_command_that_never_ends_it_gives_up_its_place_at_timeout(
+def test_behind_a_command_that_never_ends_the_block_ends_at_timeout(
     plc: PlcBench, block: str
 ) -> None:
     """If another command never ends, the block stops waiting.
@@ -54,7 +54,7 @@ def test_behind_a_command_that_never_ends_it_gives_up_its_place_at_timeout(
 
 
 @pytest.mark.parametrize("block", BLOCKS)
-def test_a_controller_that_does_not_become_ready_is_waited_for_until_timeout(
+def test_the_block_waits_until_timeout_for_the_controller_to_become_ready(
     plc: PlcBench, block: str
 ) -> None:
     """If the controller does not become ready, the block ends at Timeout.

@@ -20,7 +20,7 @@ def cell() -> Cell:
     return cell
 
 
-def test_the_axis_moves_while_enable_is_true_and_stands_where_the_outputs_say(cell: Cell) -> None:
+def test_the_axis_moves_while_enable_is_true_and_its_position_is_shown(cell: Cell) -> None:
     """The axis moves while Enable is TRUE, and the outputs show where it stops.
 
     Source: guide 4.2.6.
@@ -42,7 +42,7 @@ def test_the_axis_moves_while_enable_is_true_and_stands_where_the_outputs_say(ce
     assert not cell.violations
 
 
-def test_after_a_jog_the_next_command_goes_out(cell: Cell) -> None:
+def test_after_a_jog_the_next_command_is_sent(cell: Cell) -> None:
     """A command that waits for the end of a jog is sent when SI(06) is ON again."""
     cell["Main.Jog.Enable"] = True
     cell.run("200ms")
@@ -74,7 +74,7 @@ def test_a_jog_into_the_soft_limit_ends_with_2_334_and_the_way_back_is_free(cell
     assert not cell.violations
 
 
-def test_the_position_is_followed_while_a_program_moves_nothing(cell: Cell) -> None:
+def test_each_change_of_the_position_is_shown(cell: Cell) -> None:
     """The block shows each position of the robot. Source: guide 4.7.4, continuous output mode."""
     cell["Main.Position.Enable"] = True
     cell.run_until(lambda: bool(cell["Main.Position.Valid"]), within="500ms")

@@ -97,7 +97,7 @@ def test_every_extended_word_is_shown_in_three_ways(block: Alone) -> None:
         ({"m": 4, "ImageSize": 258}, 0x8031),
     ],
 )
-def test_what_is_not_there_is_an_error_and_shows_zero(
+def test_an_illegal_input_is_an_error_and_shows_zero(
     block: Alone, pins: dict[str, int], error: int, connected: bool
 ) -> None:
     """An illegal input gives an error and zeros, and has priority over a missing connection.
@@ -114,7 +114,7 @@ def test_what_is_not_there_is_an_error_and_shows_zero(
 
 
 @pytest.mark.parametrize("name", _BLOCKS)
-def test_left_out_inputs_stand_for_the_first_extended_word(name: str) -> None:
+def test_default_inputs_select_the_first_extended_word(name: str) -> None:
     """Without arguments, the block shows SOW(24) of 256 bytes. Source: manual chapter 1, 4.2."""
     alone = _compiled(name)
     alone.restart()

@@ -38,7 +38,7 @@ def _patterns() -> list[int]:
     return PATTERNS + [one for one in some if one >> 23 & 0xFF != 0xFF]
 
 
-def test_every_real_has_its_own_pattern_and_comes_back_from_it(plc: Program) -> None:
+def test_every_real_has_its_pattern_and_is_read_from_it(plc: Program) -> None:
     """Each REAL has the right pattern, and each pattern gives the REAL.
 
     Source: remote command guide 4.4.1: single-precision real numbers in 32 bits.
@@ -60,9 +60,7 @@ def test_every_real_has_its_own_pattern_and_comes_back_from_it(plc: Program) -> 
         (0x7FC00000, 0.0),
     ],
 )
-def test_what_is_no_finite_number_gives_a_finite_one(
-    plc: Program, pattern: int, real: float
-) -> None:
+def test_infinity_and_nan_give_a_finite_number(plc: Program, pattern: int, real: float) -> None:
     """Infinity becomes the largest REAL and NaN becomes 0 (assumed: the guide is silent)."""
     plc.write("Main.Bits", pattern)
     plc.scan(0)
@@ -84,7 +82,7 @@ def test_an_overflow_has_the_pattern_of_infinity(plc: Program, number: str, patt
     ("number", "outside"),
     [(0.5, False), (-0.5, False), (2.0, False), (2.001, True), (-0.501, True), (math.nan, True)],
 )
-def test_a_number_is_outside_of_its_limits_or_no_number(
+def test_numbers_outside_of_the_limits_and_nan_are_detected(
     plc: Program, number: float, outside: bool
 ) -> None:
     """Numbers outside of the limits -0.5 to 2.0, and NaN, are reported as outside."""

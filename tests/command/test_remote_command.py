@@ -28,7 +28,7 @@ def test_inputs_are_sampled_on_the_rising_edge() -> None:
     assert plc.words[:3] == [0x0101, 0, 100]
 
 
-def test_what_is_held_changes_by_the_rising_edge_alone() -> None:
+def test_stored_inputs_change_only_at_a_rising_edge() -> None:
     """Stored inputs change only at a rising edge while the block is not Busy.
 
     Source: design of the library, 3.
@@ -52,7 +52,7 @@ def test_what_is_held_changes_by_the_rising_edge_alone() -> None:
         assert held() == before, "after Done"
 
 
-def test_all_fifteen_words_go_out_and_come_back() -> None:
+def test_all_fifteen_words_are_sent_and_received() -> None:
     """The block sends n+2 to n+30 and shows m+2 to m+30. Source: guide chapter 1, 1.1."""
     plc = _plc()
     data = [0x0100 + k for k in range(1, 16)]
@@ -66,7 +66,7 @@ def test_all_fifteen_words_go_out_and_come_back() -> None:
 
 
 @pytest.mark.parametrize("code", [0x0001, 0x1032, 0x250F, 0x3516, 0x4038, 0x4FFF, 0x0401, 0xF000])
-def test_the_code_goes_out_as_it_is_given(code: int) -> None:
+def test_the_code_is_sent_without_a_change(code: int) -> None:
     """Any code is sent unchanged, also with illegal robot numbers in bits 15 to 12.
 
     Source: guide chapter 1, 1.1: command code in bits 11 to 0, robot number in bits 15 to 12.
@@ -123,7 +123,7 @@ def test_without_an_answer_the_response_is_zero() -> None:
     assert plc["First.Response"] == [0] * 15
 
 
-def test_a_status_that_never_becomes_ready_is_told_and_nothing_is_sent() -> None:
+def test_if_the_controller_never_becomes_ready_nothing_is_sent() -> None:
     """If the controller never becomes ready, the block ends with 16#8015.
 
     Source: guide 1.2, 0x0000.
@@ -136,7 +136,7 @@ def test_a_status_that_never_becomes_ready_is_told_and_nothing_is_sent() -> None
     assert plc.words == [0] * 16
 
 
-def test_refused_while_the_controller_is_not_there() -> None:
+def test_without_cpu_ok_a_command_is_refused() -> None:
     plc = _plc()
     plc.outputs(SO01=False)
     plc.change("First.Execute", to=True, scans=2)
@@ -144,7 +144,7 @@ def test_refused_while_the_controller_is_not_there() -> None:
     assert plc.words == [0] * 16
 
 
-def test_an_abnormal_end_brings_the_words_of_its_response() -> None:
+def test_an_abnormal_end_shows_the_words_of_its_response() -> None:
     """After an abnormal end, Response has all 15 words, for example a position.
 
     Source: guide 4.2.6.
@@ -156,7 +156,7 @@ def test_an_abnormal_end_brings_the_words_of_its_response() -> None:
     assert plc["First.Response"] == response
 
 
-def test_words_that_stand_there_at_a_timeout_are_no_response() -> None:
+def test_after_a_timeout_the_response_is_zero() -> None:
     """At a time-out, Response is 0, because words without an end status are not valid.
 
     Source: guide chapter 1, 1.1.

@@ -23,7 +23,7 @@ END_PROGRAM
 
 
 @pytest.mark.parametrize("jog", ["First", "Second"])
-def test_a_jog_stops_at_once_whoever_is_called_before_or_after_it(jog: str) -> None:
+def test_a_jog_stops_at_once_in_each_order_of_calls(jog: str) -> None:
     """SI(06) turns OFF at once, whichever block is called first.
 
     Source: remote command guide 4.2.6.

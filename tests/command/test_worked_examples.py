@@ -70,7 +70,7 @@ def _jog(engine: str) -> CommandBench:
 
 @pytest.mark.parametrize("engine", ENGINES, scope="module")
 @pytest.mark.parametrize("number", _JOGS)
-def test_a_jog_sends_the_words_of_the_example_and_reads_the_positions_beside_12_400(
+def test_a_jog_sends_the_words_of_the_example_and_shows_its_position(
     engine: str, number: int
 ) -> None:
     """A jog sends the printed words, and shows the position of its end with alarm 12.400.

@@ -78,7 +78,7 @@ LISTEN_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C04 2C64"}
         ({"o_to_t_rpi": "FFFFFFFF", "t_to_o_rpi": "00000000"}, "1201 0302 00D43000 D0070000"),
         # 0x11B: the production inhibit time is longer than the interval
         ({"path": "430B 2004 2405 2C96 2C64"}, "1B01"),
-        # 0x119: no other connection to listen toa listener could listen
+        # 0x119: there is no other connection to which a listener could listen
         (LISTEN_ONLY, "1901"),
     ],
 )

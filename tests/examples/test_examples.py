@@ -50,7 +50,7 @@ def test_an_example_runs_without_a_violation(example: Example) -> None:
     ]
 )
 @_each
-def test_the_chart_is_that_of_the_run(example: Example) -> None:
+def test_the_chart_shows_the_run(example: Example) -> None:
     drawn = (example.folder / "chart.svg").read_text(encoding="utf-8")
     assert finished(example.name).chart == drawn, "run `make docs`"
 
@@ -64,7 +64,7 @@ def test_a_run_that_breaks_a_rule_gives_no_chart() -> None:
 
 
 @pytest.mark.parametrize("lane", ["SI99 = nothing", "DO(98) = nothing", "curve = nothing"])
-def test_a_lane_of_no_signal_is_refused(lane: str) -> None:
+def test_a_lane_for_an_unknown_signal_is_refused(lane: str) -> None:
     with pytest.raises(InputError):
         Recorder(ChartSpec("a chart", 0, 1, (lane,)))
 
@@ -107,9 +107,7 @@ def test_the_power_up_goes_through_its_stages_and_reads_servo_and_position_back(
     assert {bytes(words).hex() for words in sent} == {telegram.replace(" ", "")}
 
 
-def test_the_power_up_keeps_its_fault_until_reset_and_start_are_pressed_one_after_the_other() -> (
-    None
-):
+def test_the_power_up_keeps_its_fault_until_reset_and_then_start() -> None:
     """If Reset and Start are pressed together, the fault stays. Source: design of the examples."""
     with examples()["01_power_up"].build("builtin") as cell:
         cell.run("600ms")

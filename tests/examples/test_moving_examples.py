@@ -87,7 +87,7 @@ def test_the_hand_keeps_its_part_through_an_emergency_stop_and_nothing_starts_by
         assert not cell.violations
 
 
-def test_a_part_that_was_taken_out_of_the_hand_is_not_carried_on() -> None:
+def test_if_the_part_was_removed_from_the_hand_a_new_part_is_fetched() -> None:
     """If the part was removed from the hand, the cycle fetches a new part.
 
     Source: head of FB_PickPlace.
@@ -144,7 +144,7 @@ def test_a_jog_lasts_as_long_as_its_button_and_a_step_is_500_pulses() -> None:
         assert not cell.violations
 
 
-def test_both_jog_buttons_at_once_are_neither_and_one_waits_for_the_other() -> None:
+def test_while_both_jog_buttons_are_pressed_nothing_moves() -> None:
     """While both jog buttons are pressed, nothing moves.
 
     The second jog waits for the end of the first.
@@ -227,7 +227,7 @@ def test_the_pallet_is_filled_position_by_position_in_arches() -> None:
         assert not cell.violations
 
 
-def test_a_start_button_held_at_the_plc_s_start_goes_on_with_no_table() -> None:
+def test_a_start_button_held_at_the_start_of_the_plc_starts_nothing() -> None:
     """A Start button that is stuck at the PLC's start starts nothing.
 
     Source: design of the examples.
@@ -241,7 +241,7 @@ def test_a_start_button_held_at_the_plc_s_start_goes_on_with_no_table() -> None:
         assert set(seen) == {("FILL_IDLE", 0)}
 
 
-def test_a_new_pallet_counts_when_its_button_is_pressed_and_not_while_it_hangs() -> None:
+def test_only_a_press_of_the_new_pallet_button_clears_the_count() -> None:
     """Only a press of NewPallet clears the count of places. A stuck button does not.
 
     Source: design of the examples: a stuck button is not a press.

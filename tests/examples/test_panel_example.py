@@ -7,7 +7,7 @@ from rcx_harness.robot.ports import port
 from rcx_tools.docs.examples import examples
 
 
-def test_the_keys_jogged_stepped_taught_and_ran_the_program_to_its_end() -> None:
+def test_the_keys_jog_step_teach_and_run_the_program() -> None:
     """The keys jog, step and teach the robot, and run its program to the end.
 
     Source: guide 4.2.6, 4.2.7, 4.2.9; manual chapter 5, 3.3.
@@ -22,7 +22,7 @@ def test_the_keys_jogged_stepped_taught_and_ran_the_program_to_its_end() -> None
     assert cell["Main.Panel.Position"][:2] == [axis1 / 1000, -0.5]
 
 
-def test_a_key_held_through_a_lost_link_starts_nothing_when_it_is_back() -> None:
+def test_a_key_that_is_held_when_the_link_is_back_starts_nothing() -> None:
     """A jog key that is held when the link is back does not move the robot. Source: FB_Operator."""
     with examples()["15_panel"].build("builtin") as cell:
         cell.run_until(lambda: cell["Main.Panel.Lamp.Moving"], within="2s")

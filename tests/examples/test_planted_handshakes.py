@@ -66,7 +66,7 @@ def test_explore_finds_a_planted_fault_and_rcx_run_shows_it(
 
 
 @pytest.mark.exhaustive
-def test_the_repaired_cell_is_explored_to_its_end(there: Path, capsys: Captured) -> None:
+def test_the_corrected_cell_is_explored_to_its_end(there: Path, capsys: Captured) -> None:
     """In the corrected cell, Cancel at any time leads to no deadlock and no race."""
     assert _explored(planted(there, home=HANDSHAKES)) == 0
     assert "explored to the end" in capsys.readouterr().out
@@ -96,7 +96,7 @@ def test_a_seed_of_a_campaign_shows_a_planted_fault(name: str, there: Path) -> N
 
 
 @pytest.mark.exhaustive
-def test_a_campaign_names_the_lines_that_no_seed_has_reached(there: Path, capsys: Captured) -> None:
+def test_a_campaign_reports_lines_that_no_seed_has_executed(there: Path, capsys: Captured) -> None:
     """The campaign reports the lines of a robot program that no seed has executed.
 
     Lines 14 to 16 are a subroutine that is never called.
@@ -132,7 +132,7 @@ def test_a_campaign_finds_a_planted_fault_and_rcx_run_shows_it(
 
 
 @pytest.mark.exhaustive
-def test_a_campaign_and_a_sweep_of_the_repaired_cell_find_nothing(
+def test_a_campaign_and_a_sweep_of_the_corrected_cell_find_nothing(
     there: Path, capsys: Captured
 ) -> None:
     """In the corrected cell, 30 seeds of a campaign and a sweep of every third scan find nothing.

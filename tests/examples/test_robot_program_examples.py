@@ -39,7 +39,7 @@ def _releases(cell: Cell, parts: int) -> list[int]:
     return found
 
 
-def test_the_robot_side_of_example_16_is_that_of_the_library() -> None:
+def test_the_robot_program_of_example_16_is_that_of_the_library() -> None:
     """The example's robot program is plc/robot/JOBS.PGM with other routines.
 
     Source: docs/how-to/robot-program.md.
@@ -102,7 +102,7 @@ def test_a_stopped_job_continues_after_start(event: str, back: str) -> None:
         assert not cell["Main.Fault"]
 
 
-def test_a_job_that_was_interrupted_by_a_power_failure_is_reported_and_then_given_again() -> None:
+def test_a_job_interrupted_by_a_power_failure_is_reported_and_repeated() -> None:
     """After a power failure, the interrupted job is reported with 16#8083, and Start repeats it.
 
     Source: FB_ProgramCall, 16#8083.
@@ -149,7 +149,7 @@ def test_robot_and_exchanger_are_never_in_the_tray_together() -> None:
         assert [now for was, now in pairwise(moved) if was != now] == [True, False]
 
 
-def test_the_robot_keeps_the_area_while_nobody_knows_where_it_is() -> None:
+def test_the_robot_keeps_the_area_while_its_position_is_unknown() -> None:
     """After a loss of the link, the robot keeps its permission, because its position is unknown.
 
     Source: example 17; manual chapter 1, 5.2.

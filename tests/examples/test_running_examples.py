@@ -19,7 +19,7 @@ def _running(cell: Cell) -> list[str]:
     return [task.program.name for task in tasks if task.state == "running"]
 
 
-def test_the_program_of_the_recipe_is_registered_and_runs_and_no_other() -> None:
+def test_only_the_program_of_the_recipe_is_registered_and_runs() -> None:
     """Only the program that the recipe names is registered and runs.
 
     Source: guide 4.6.1, 4.6.2, 4.6.4.
@@ -47,7 +47,7 @@ def test_the_program_of_the_recipe_is_registered_and_runs_and_no_other() -> None
 @pytest.mark.parametrize(
     ("event", "fault"), [("emergency_stop", 0x8004), ("alarm", 0x8004), ("link_down", 0x8001)]
 )
-def test_a_program_that_is_stopped_has_not_come_to_its_end(event: str, fault: int) -> None:
+def test_a_stopped_program_is_a_fault(event: str, fault: int) -> None:
     """A stopped program is a fault, not a complete run. Source: manual chapter 5, 2, SO(13)."""
     with _build("08_program_by_name") as cell:
         cell.run_until(lambda: cell["Main.Stage"] == "NAME_RUNNING", within="2s")
@@ -57,7 +57,7 @@ def test_a_program_that_is_stopped_has_not_come_to_its_end(event: str, fault: in
         assert cell["Main.Ran"] == ""
 
 
-def test_motor_duty_is_seen_on_the_way_and_position_and_torque_after_it() -> None:
+def test_motor_duty_is_read_during_a_movement_and_position_after_it() -> None:
     """The motor duty is read during a movement, position and torque after it.
 
     The rated torque is 20 % of the maximum torque, so 2 % + 9 % of the maximum are 55 % of the
@@ -77,7 +77,7 @@ def test_motor_duty_is_seen_on_the_way_and_position_and_torque_after_it() -> Non
         assert cell["Main.Duty1"] == 10
 
 
-def test_an_alarm_is_read_once_it_comes_and_the_monitoring_goes_on() -> None:
+def test_an_alarm_is_read_once_and_the_monitoring_continues() -> None:
     """An alarm is read once, and the monitoring continues.
 
     Source: chapter 5, 2, SO(03); guide 4.7.7.
@@ -123,7 +123,7 @@ def _stages(cell: Cell, duration: str) -> list[str]:
     return [stage.removeprefix("SAFE_") for stage in seen]
 
 
-def test_after_an_emergency_stop_the_program_goes_on_or_begins_anew_as_the_operator_says() -> None:
+def test_after_an_emergency_stop_the_operator_continues_or_restarts_the_program() -> None:
     """After an emergency stop the operator can continue the program or start it from the beginning.
 
     Source: manual chapter 5, 3.1 (servo ON from emergency stop) and 3.3.
@@ -160,7 +160,7 @@ def test_si00_is_off_in_the_scan_of_the_emergency_and_stays_off_until_reset() ->
         assert cell["Main.Stage"] == "SAFE_STOPPED"
 
 
-def test_a_held_reset_button_brings_nothing_back() -> None:
+def test_a_held_reset_button_has_no_effect() -> None:
     """A Reset button that is held during the stop has no effect. Source: design of the examples."""
     with _build("11_emergency_stop") as cell:
         cell.run_until(lambda: cell["Main.Stage"] == "SAFE_RUNNING", within="3s")

@@ -59,12 +59,12 @@ def test_si00_and_si06_stay_off_until_the_user_has_wired_them() -> None:
         "EmergencyStopOk : BOOL := TRUE;",
     ],
 )
-def test_the_check_sees_what_is_on_by_itself(text: str) -> None:
+def test_the_check_finds_inputs_that_are_on_without_wiring(text: str) -> None:
     assert _unwired(text)
 
 
 @pytest.mark.parametrize("with_stimulus", [False, True])
-def test_a_run_in_which_the_cell_stays_open_says_what_to_set(
+def test_a_run_without_cell_safe_shows_how_to_set_it(
     capsys: pytest.CaptureFixture[str], with_stimulus: bool
 ) -> None:
     """If SI(00) stays OFF for the whole run, a hint shows how to set CellSafe.

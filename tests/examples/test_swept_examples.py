@@ -44,7 +44,7 @@ def _sweep(name: str, out: Path, program: Path, faults: tuple[str, ...], every: 
 @pytest.mark.parametrize(
     ("name", "every"), [("04_pick_and_place", 157), ("07_pallet", 283)], ids=list(_RUNS)
 )
-def test_the_example_comes_back_from_every_fault(
+def test_the_example_recovers_from_every_fault(
     name: str, every: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The example meets the conditions in tests/data/sweeps after each fault.
@@ -57,7 +57,7 @@ def test_the_example_comes_back_from_every_fault(
 
 
 @pytest.mark.exhaustive
-def test_one_that_starts_by_itself_is_found(
+def test_a_program_that_starts_by_itself_is_found(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The sweep finds a changed program that starts by itself after Reset."""
@@ -119,7 +119,7 @@ def _closed(cell: Cell) -> bool:
 
 @pytest.mark.exhaustive(but=["door"])
 @pytest.mark.parametrize("event", ["door", "emergency_stop", "link_down"])
-def test_wherever_it_is_interrupted_the_hand_opens_at_the_tray_only(event: str) -> None:
+def test_after_each_interruption_the_hand_opens_only_at_the_tray(event: str) -> None:
     """After a fault while the robot grips, carries or places, the hand opens only at the tray.
 
     Source: head of FB_PickPlace.

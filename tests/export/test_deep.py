@@ -31,7 +31,9 @@ def test_calls_deep_inside_each_other_are_exported(target: str, depth: int, tmp_
     assert any(text.count("ABS") >= depth for text in output.files.values())
 
 
-def test_a_body_too_deep_has_its_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_expression_that_is_too_deep_is_reported_with_its_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """If an expression is too deep for the stack, the message has its line.
 
     Source: docs/reference/limits.md, programs.
@@ -49,7 +51,7 @@ def test_a_body_too_deep_has_its_line(tmp_path: Path, monkeypatch: pytest.Monkey
     assert told.value.hint == "assign parts of the expression to variables first"
 
 
-def test_a_proof_of_expressions_too_deep_for_it_names_their_line(
+def test_a_proof_reports_the_line_of_an_expression_that_is_too_deep(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """`rcx prove` reports the line of an expression that is too deep.

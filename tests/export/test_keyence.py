@@ -53,7 +53,7 @@ def test_statements_come_back_from_keyence(sources: Sources, files: Mapping[str,
 
 
 @pytest.mark.parametrize("name", ["03_general_io", "06_teach_points"])
-def test_undone_the_statements_of_an_example_are_its_own(name: str) -> None:
+def test_statements_of_an_example_come_back_from_keyence(name: str) -> None:
     sources = example_sources(name)
     files = TARGETS["keyence"].write(sources).files
     assert differing(sources, files, _WORDS, _RENAMED, pins={}) == []

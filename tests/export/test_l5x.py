@@ -53,7 +53,7 @@ def test_each_instruction_is_declared_before_it_is_used(root: ET.Element, source
 
 
 @pytest.mark.exhaustive
-def test_an_import_brings_the_whole_library(tmp_path: Path) -> None:
+def test_one_import_brings_the_whole_library(tmp_path: Path) -> None:
     """One L5X file imports the whole library, with valid tags and values.
 
     Source: 1756-PM010, importing: an instruction is imported with all instructions that it refers
@@ -70,7 +70,7 @@ def test_an_import_brings_the_whole_library(tmp_path: Path) -> None:
     assert [str(error) for error in check(source_files([file], None).own)] == []
 
 
-def test_the_file_is_built_as_the_manual_says(root: ET.Element) -> None:
+def test_the_file_has_the_structure_of_the_manual(root: ET.Element) -> None:
     """The file has the structure that Rockwell's manual 1756-RM084 describes.
 
     Source: 1756-RM084, structure of data types, Add-On Instructions and programs.
@@ -108,7 +108,7 @@ def test_structured_text_has_no_ladder_instructions(root: ET.Element) -> None:
     assert not re.search(r"\bFLL\(|\bS:FS\b", code)
 
 
-def test_blocks_begin_anew_when_the_controller_starts(cell: Path) -> None:
+def test_blocks_are_initialised_when_the_controller_starts(cell: Path) -> None:
     """When the controller starts, the Prescan routine clears all tags of a block except inputs.
 
     Without this routine, tags would keep their values without power.
@@ -137,7 +137,7 @@ def test_blocks_begin_anew_when_the_controller_starts(cell: Path) -> None:
                     assert f"{pin} := " in cleared or pin.endswith(".EnableIn"), f"{name}.{pin}"
 
 
-def test_in_a_program_only_what_it_writes_begins_anew(cell: Path) -> None:
+def test_a_program_initialises_only_tags_that_it_writes(cell: Path) -> None:
     """In the first scan, a program clears the tags that it writes, not its inputs.
 
     Inputs are, for example, the input area and the push buttons.
@@ -190,7 +190,7 @@ def test_bools_of_structures_are_bits_of_hidden_bytes(cell: Path) -> None:
     assert places == [*((hidden[0], bit) for bit in range(8)), (hidden[1], 0)]
 
 
-def test_started_again_in_the_middle_of_its_work_all_begins_anew(cell: Path) -> None:
+def test_after_a_restart_the_program_is_in_its_initial_state(cell: Path) -> None:
     """After a restart in the middle of its work, the program is in the state of a new controller.
 
     A controller prescans every instruction, including those after a FALSE condition. The built-in
@@ -246,7 +246,7 @@ _TAGS = {"FirstScan": "RCX_FirstScan", "NoRobot": "RCX_REF", "Robot": "RCX_REF",
          "CellSafe": "BOOL"}  # fmt: skip
 
 
-def test_the_calls_in_the_docs_are_right(cell: Path, tmp_path: Path) -> None:
+def test_the_calls_in_the_docs_are_correct(cell: Path, tmp_path: Path) -> None:
     """The calls in docs/how-to/export.md have the right arguments and pins.
 
     The calls of GSV and CPS are not checked.

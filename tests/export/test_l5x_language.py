@@ -85,7 +85,7 @@ END_TYPE
         ("i : DINT; s : STRING;", "(* so *)\ni := LEN(IN := s);", ["(* so *)", "i := s.LEN;"]),
     ],
 )  # fmt: skip
-def test_a_statement_is_said_in_the_words_of_logix(
+def test_a_statement_is_written_with_instructions_of_logix(
     tmp_path: Path, variables: str, statement: str, wanted: list[str]
 ) -> None:
     """Each statement is exported with the instructions and syntax of Logix.
@@ -119,7 +119,7 @@ def test_a_function_is_called_before_the_statement_that_uses_it(tmp_path: Path) 
     assert _lines(tmp_path, "i : DINT;", "i := FC_Limited(Value := i) + 1;", _DOUBLE) == wanted
 
 
-def test_a_condition_with_a_function_is_worked_out_in_each_round(tmp_path: Path) -> None:
+def test_a_condition_with_a_function_is_calculated_in_each_cycle_of_a_loop(tmp_path: Path) -> None:
     body = "WHILE FC_Limited(Value := i) < 5 DO\n  i := i + 1;\nEND_WHILE;"
     lines = _lines(tmp_path, "i : DINT;", body, _DOUBLE)
     calls = [place for place, line in enumerate(lines) if "FC_Limited(" in line]
@@ -131,7 +131,7 @@ def test_a_condition_with_a_function_is_worked_out_in_each_round(tmp_path: Path)
     ]
 
 
-def test_the_condition_of_repeat_is_worked_out_after_each_round(tmp_path: Path) -> None:
+def test_the_condition_of_repeat_is_calculated_after_each_cycle(tmp_path: Path) -> None:
     body = "REPEAT\n i := i + 1;\nUNTIL FC_Limited(Value := i) > 4\nEND_REPEAT;"
     lines = _lines(tmp_path, "i : DINT;", body, _DOUBLE)
     assert lines[:2] == ["REPEAT", "  i := i + 1;"]
@@ -139,7 +139,7 @@ def test_the_condition_of_repeat_is_worked_out_after_each_round(tmp_path: Path) 
     assert lines[-4:] == [*asked, "UNTIL Temp_D1 > 4", "END_REPEAT;"]
 
 
-def test_a_later_condition_is_worked_out_only_if_needed(tmp_path: Path) -> None:
+def test_a_later_condition_is_calculated_only_if_needed(tmp_path: Path) -> None:
     body = "IF i > 3 THEN\n i := 0;\nELSIF FC_Limited(Value := i) < 5 THEN\n i := 1;\n"
     lines = _lines(tmp_path, "i : DINT;", f"{body}ELSE\n i := 2;\nEND_IF;", _DOUBLE)
     assert lines[:3] == ["IF i > 3 THEN", "  i := 0;", "ELSE"]
@@ -308,7 +308,7 @@ def test_a_part_that_is_not_carried_is_named(
     assert "FB_Mine" not in output.files[""]
 
 
-def test_an_instruction_that_is_not_on_the_list_is_never_written(
+def test_an_instruction_that_logix_lacks_is_never_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """If the translation contains an instruction that Logix lacks, the block is left out.

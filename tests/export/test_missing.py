@@ -99,7 +99,7 @@ def _export(target: str, file: Path, *options: str) -> int:
 
 
 @pytest.mark.parametrize("target", TARGETS)
-def test_what_is_not_carried_is_reported(target: str, mine: Path, capsys: Captured) -> None:
+def test_each_lost_part_is_reported(target: str, mine: Path, capsys: Captured) -> None:
     """Each lost part is reported with file, line and declaration, and the exit code is 1."""
     place = mine.parent / target
     assert _export(target, mine) == (1 if _LOST[target] else 0)
@@ -120,7 +120,9 @@ def test_what_is_not_carried_is_reported(target: str, mine: Path, capsys: Captur
 
 
 @pytest.mark.parametrize("target", ["scl", "l5x", "omron", "mitsubishi", "keyence"])
-def test_a_program_left_out_has_its_users(target: str, tmp_path: Path, capsys: Captured) -> None:
+def test_the_users_of_a_part_that_is_left_out_are_reported(
+    target: str, tmp_path: Path, capsys: Captured
+) -> None:
     file = tmp_path / "Outside.st"
     file.write_text(_OUTSIDE)
     assert _export(target, file) == 1
@@ -141,7 +143,7 @@ def test_a_program_left_out_has_its_users(target: str, tmp_path: Path, capsys: C
 
 
 @pytest.mark.exhaustive
-def test_byte_arrays_of_the_library_stop_no_export(tmp_path: Path, capsys: Captured) -> None:
+def test_byte_arrays_of_the_library_do_not_stop_an_export(tmp_path: Path, capsys: Captured) -> None:
     out = tmp_path / "keyence"
     assert main(["export", "keyence", "-o", str(out)]) == 0
     assert "FUNCTION_BLOCK FB_ReadArea: has an array of BYTE" in capsys.readouterr().out
@@ -155,7 +157,7 @@ def test_byte_arrays_of_the_library_stop_no_export(tmp_path: Path, capsys: Captu
     assert f"{file}:1: PROGRAM Mine: " in capsys.readouterr().out
 
 
-def test_arrays_and_structures_begin_with_their_values_in_the_first_call(mine: Path) -> None:
+def test_the_first_call_sets_the_values_of_arrays_and_structures(mine: Path) -> None:
     """If the tool's tables have no initial values, the first statements of a block set them."""
     for target, colour in (("omron", "MINE_COLOUR#GREEN"), ("keyence", "1 (* GREEN *)")):
         body = export(target, program=[mine], only_needed=True).files["program/FB_Mine.st"]
@@ -180,7 +182,7 @@ def test_arrays_and_structures_begin_with_their_values_in_the_first_call(mine: P
         )
 
 
-def test_scl_has_the_values_in_its_declarations_and_the_rest_in_the_first_call(mine: Path) -> None:
+def test_scl_has_initial_values_in_declarations_or_in_the_first_call(mine: Path) -> None:
     text = export("scl", program=[mine], only_needed=True).files[""]
     for line in (
         "      Tint : INT := 1;",
@@ -199,7 +201,7 @@ def test_scl_has_the_values_in_its_declarations_and_the_rest_in_the_first_call(m
     assert 'FC_Mine"(x := 1, y := 127)' in text
 
 
-def test_retain_is_carried_where_there_is_a_word_for_it(mine: Path) -> None:
+def test_retain_is_exported_if_the_tool_has_it(mine: Path) -> None:
     """RETAIN is exported to tools that have it, for example as a label class.
 
     Source: MELSEC iQ-R, label classes: VAR_RETAIN, VAR_OUTPUT_RETAIN; none for inputs.
@@ -214,7 +216,7 @@ def test_retain_is_carried_where_there_is_a_word_for_it(mine: Path) -> None:
     assert '"Total","Double Word [Signed]","VAR_OUTPUT_RETAIN","100"' in labels
 
 
-def test_l5x_leaves_what_is_retained_as_it_was(tmp_path: Path) -> None:
+def test_l5x_does_not_initialise_retained_variables(tmp_path: Path) -> None:
     """The Prescan routine does not write retained variables, so they keep their values.
 
     Source: 1756-PM010, Prescan routine.
@@ -348,7 +350,7 @@ def test_twincat_lists_global_variables_and_drops_non_retain(tmp_path: Path) -> 
         ("keyence", "i := SEL(TRUE, i, 3);", "SEL is not on the list for KV STUDIO"),
     ],
 )
-def test_a_function_without_a_word_stops_the_export_with_its_line(
+def test_a_function_that_the_tool_lacks_is_reported_with_its_line(
     target: str, statement: str, said: str, tmp_path: Path, capsys: Captured
 ) -> None:
     """A function that the tool lacks is reported with its line, as is the program that needs it."""
@@ -396,7 +398,7 @@ def given(tmp_path: Path) -> Path:
         ("keyence", "    Part.Low := 8;\n", "Total := ((FC_Low(Part, 4)) * (Total));"),
     ],
 )
-def test_values_stand_before_a_body_that_is_in_the_words_of_the_tool(
+def test_initial_values_are_set_before_the_statements(
     target: str, started: str, called: str, given: Path
 ) -> None:
     output = export(target, program=[given], only_needed=True)
@@ -405,7 +407,7 @@ def test_values_stand_before_a_body_that_is_in_the_words_of_the_tool(
     assert 0 < text.find(started) < text.find(called)
 
 
-def test_l5x_takes_a_function_of_a_structure_that_begins_with_values(given: Path) -> None:
+def test_l5x_passes_a_structure_with_initial_values_to_a_function(given: Path) -> None:
     """A structure with initial values is passed to a function as InOut parameter.
 
     Source: 1756-PM010.
@@ -432,7 +434,7 @@ def test_l5x_clears_a_structure_before_it_gets_its_values(tmp_path: Path) -> Non
     assert not [line for line in lines if "FLL" in line or "S:FS" in line]
 
 
-def test_l5x_names_a_structure_in_which_a_structure_is_not_carried(tmp_path: Path) -> None:
+def test_l5x_leaves_out_a_structure_with_a_member_that_is_left_out(tmp_path: Path) -> None:
     """A structure is left out if the type of a member cannot be exported.
 
     Source: 1756-PM010: a member's data type must be in the project.

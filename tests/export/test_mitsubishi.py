@@ -66,13 +66,13 @@ def test_statements_come_back_from_mitsubishi(sources: Sources, files: Mapping[s
 
 
 @pytest.mark.parametrize("name", ["03_general_io", "06_teach_points"])
-def test_undone_the_statements_of_an_example_are_its_own(name: str) -> None:
+def test_statements_of_an_example_come_back_from_mitsubishi(name: str) -> None:
     sources = example_sources(name)
     files = TARGETS["mitsubishi"].write(sources).files
     assert differing(sources, files, _WORDS, _RENAMED, pins=_EDGES) == []
 
 
-def test_a_byte_is_a_word_whose_upper_half_is_kept_empty(files: Mapping[str, str]) -> None:
+def test_a_byte_is_a_word_whose_upper_half_is_zero(files: Mapping[str, str]) -> None:
     """A BYTE is exported as a WORD. After NOT and SHL its upper 8 bits are cleared.
 
     Source: IEC 61131-3, 2.3.1: a BYTE has 8 bits.
@@ -85,7 +85,7 @@ def test_a_byte_is_a_word_whose_upper_half_is_kept_empty(files: Mapping[str, str
     assert "FC_RcxWord := SHL(HighByte, 8) OR LowByte;" in files["core/FC_RcxWord.st"]
 
 
-def test_variables_of_functions_begin_anew_at_each_call(files: Mapping[str, str]) -> None:
+def test_variables_of_functions_are_initialised_at_each_call(files: Mapping[str, str]) -> None:
     """Statements initialise the variables of a function at each call.
 
     Source: IEC 61131-3, 2.5.1.1.
@@ -132,7 +132,9 @@ def test_types_are_those_of_the_tool_or_made_in_the_folder(files: Mapping[str, s
             assert kind in _TYPES | made, (path, name)
 
 
-def test_a_name_of_32_characters_at_most_and_none_of_a_device(files: Mapping[str, str]) -> None:
+def test_label_names_have_at_most_32_characters_and_are_no_devices(
+    files: Mapping[str, str],
+) -> None:
     """Label names have at most 32 characters, and are not names of devices.
 
     Source: Mitsubishi, character strings that cannot be used in label names (appendix 2).

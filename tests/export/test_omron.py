@@ -91,7 +91,7 @@ class _Again:
         return f"{name} : {self._spec(kind)}{value};\nEND_VAR"
 
 
-def test_the_example_runs_after_the_way_back(files: Mapping[str, str], tmp_path: Path) -> None:
+def test_an_example_runs_with_the_rebuilt_library(files: Mapping[str, str], tmp_path: Path) -> None:
     """An example runs with the rebuilt library, and gives the recorded trace."""
     again = tmp_path / "again.st"
     again.write_text(_Again(files).text(), encoding="utf-8")
@@ -101,7 +101,7 @@ def test_the_example_runs_after_the_way_back(files: Mapping[str, str], tmp_path:
     assert trace_of(example, program, tmp_path) == recorded(example)
 
 
-def test_put_together_again_all_begins_with_the_values_of_the_sources(tmp_path: Path) -> None:
+def test_the_rebuilt_program_has_the_initial_values_of_the_sources(tmp_path: Path) -> None:
     """Initial values of structures, arrays and named types are the same in the rebuilt program."""
     source, again = tmp_path / "Mine.st", tmp_path / "again.st"
     source.write_text(WITH_INITIAL_VALUES)
@@ -163,7 +163,7 @@ def test_types_are_known_to_the_tool_or_made(files: Mapping[str, str], whole: bo
         assert (found[2] if found else kind) in _TYPES | made
 
 
-def test_text_functions_get_the_types_that_they_want(files: Mapping[str, str]) -> None:
+def test_text_functions_get_arguments_of_their_types(files: Mapping[str, str]) -> None:
     """Arguments of text functions get their types, and names of instructions are changed.
 
     Source: Omron W501, 6-3-12: a name of an instruction is refused.

@@ -84,7 +84,7 @@ def back(document: Path) -> list[Path]:
     return imported(document, document.parent / "back")
 
 
-def test_read_back_it_declares_the_same_blocks_and_no_comment_is_lost(
+def test_the_import_has_the_same_blocks_and_comments(
     document: Path, back: list[Path], sources: Sources
 ) -> None:
     """The imported blocks have the same declarations and comments as the sources.
@@ -97,7 +97,7 @@ def test_read_back_it_declares_the_same_blocks_and_no_comment_is_lost(
     assert set(comments(original)) <= set(comments(back))
 
 
-def test_a_users_program_comes_back_whole(
+def test_a_users_program_is_imported_completely(
     tmp_path: Path, schema: Callable[[Path], str] | None
 ) -> None:
     source, file = tmp_path / "Mine.st", tmp_path / "mine.xml"
@@ -131,7 +131,7 @@ def schema() -> Callable[[Path], str] | None:
     return errors
 
 
-def test_the_official_schema_accepts_it(
+def test_the_official_schema_accepts_the_export(
     document: Path, schema: Callable[[Path], str] | None, tmp_path: Path
 ) -> None:
     """The schema accepts the export, and rejects files with mistakes.

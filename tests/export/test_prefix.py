@@ -123,7 +123,7 @@ def _words(files: dict[str, str], prefix: str = "") -> Counter[str]:
 @pytest.mark.exhaustive(but=[f"{target}-Yam_" for target in TARGETS])
 @pytest.mark.parametrize("prefix", ["RCX_", "Yam_"])
 @pytest.mark.parametrize("target", TARGETS)
-def test_every_library_name_and_no_other_has_the_prefix(target: str, prefix: str) -> None:
+def test_only_names_of_the_library_get_the_prefix(target: str, prefix: str) -> None:
     """The prefix is added in the library, the user's program, file names, tables and steps."""
     plain = TARGETS[target].write(example_sources(EXAMPLES[0].name))
     renamed = TARGETS[target].write(_renamed(prefix))
@@ -148,14 +148,14 @@ def test_a_renamed_example_has_the_same_trace(target: str, prefix: str, tmp_path
 
 
 @pytest.mark.exhaustive
-def test_the_whole_library_is_sound_under_other_names(tmp_path: Path) -> None:
+def test_the_whole_library_has_no_errors_with_a_prefix(tmp_path: Path) -> None:
     (file,) = write(export("st", prefix="Yam_"), tmp_path / "one.st")
     assert check([file]) == []
     assert len(shapes([file])) == len(LIB)
     assert all(name.startswith("Yam_") for name in shapes([file]))
 
 
-def test_matiec_compiles_it_under_other_names(tmp_path: Path) -> None:
+def test_matiec_compiles_the_library_with_a_prefix(tmp_path: Path) -> None:
     if find_matiec() is None or find_c_compiler() is None:
         pytest.skip("matiec not found: set RCX_MATIEC or PATH")
     program = [EXAMPLES[0].folder]
@@ -163,7 +163,7 @@ def test_matiec_compiles_it_under_other_names(tmp_path: Path) -> None:
     build([file], "matiec").program.close()
 
 
-def test_names_that_the_user_declares_stay_and_are_meant(tmp_path: Path) -> None:
+def test_names_that_the_user_declares_get_no_prefix(tmp_path: Path) -> None:
     """Names that the user declares get no prefix, even if the library has the same names."""
     source = tmp_path / "Mine.st"
     source.write_text(_OWN)

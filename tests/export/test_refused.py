@@ -127,7 +127,7 @@ def test_a_tool_takes_its_own_files(
     assert ": may be refused: " in capsys.readouterr().out
 
 
-def test_the_label_of_an_enumeration_stays_one(tmp_path: Path, capsys: Captured) -> None:
+def test_labels_of_enumerations_are_accepted_by_codesys(tmp_path: Path, capsys: Captured) -> None:
     """CODESYS accepts STATE.IDLE and constants as labels of CASE.
 
     Other tools accept only the enumeration value without its type, or a number.
@@ -166,7 +166,7 @@ def test_errors_of_the_sources_come_first(tmp_path: Path, capsys: Captured) -> N
         (["--for", "codesys", "--lint"], "--for and --lint exclude each other"),
     ],
 )
-def test_wrong_options_are_one_message(
+def test_wrong_options_are_reported_in_one_message(
     habits: Path, capsys: Captured, arguments: list[str], message: str
 ) -> None:
     assert main(["check", str(habits), *arguments]) == 2
@@ -205,7 +205,7 @@ def test_a_construct_without_a_source_is_assumed() -> None:
 
 
 @pytest.mark.skipif(find_matiec() is None, reason="needs matiec (RCX_MATIEC or PATH)")
-def test_matiec_takes_and_refuses_what_the_table_says(tmp_path: Path) -> None:
+def test_matiec_agrees_with_the_table(tmp_path: Path) -> None:
     """The table agrees with matiec itself, which compiles one program for each construct.
 
     Further constructs are tested in `test_constructs`.

@@ -62,7 +62,9 @@ def _files(target: str, example: Example, folder: Path) -> list[Path]:
 
 @pytest.mark.exhaustive(but=[f"{target}-{name}" for target in _READ for name in _QUICK])
 @pytest.mark.parametrize(("target", "name"), _CASES, ids=lambda one: one)
-def test_an_example_runs_from_what_a_tool_gets(target: str, name: str, tmp_path: Path) -> None:
+def test_an_exported_example_gives_the_recorded_trace(
+    target: str, name: str, tmp_path: Path
+) -> None:
     """The engine runs the exported example without the library, and the trace is the recorded one.
 
     Source: docs/how-to/export.md.
@@ -84,7 +86,7 @@ def test_an_export_is_the_same_every_time(target: str) -> None:
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("target", TARGETS)
-def test_the_library_is_carried_whole(target: str) -> None:
+def test_the_library_is_exported_completely(target: str) -> None:
     """Every part of the library is exported.
 
     If a tool has no BYTE, blocks for words replace others.

@@ -51,7 +51,9 @@ def test_blark_parses_every_object(folder: Path) -> None:
         assert _errors(file) == [], file.name
 
 
-def test_the_library_comes_back_from_it(folder: Path, sources: Sources, tmp_path: Path) -> None:
+def test_the_library_is_imported_from_the_project(
+    folder: Path, sources: Sources, tmp_path: Path
+) -> None:
     """The imported project has the blocks of the sources, each in a file with its name.
 
     A CONFIGURATION is not exported.

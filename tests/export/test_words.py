@@ -181,7 +181,7 @@ def test_every_entry_of_a_list_has_a_source(name: str) -> None:
         assert len(form.parameters) == len(BLOCKS[key].variables), key
 
 
-def test_the_standard_has_all_that_the_compiler_takes() -> None:
+def test_the_standard_list_has_all_functions_of_the_compiler() -> None:
     """The list for the standard has all functions of the compiler.
 
     Source: IEC 61131-3, edition 2, tables 22 to 37.
@@ -191,13 +191,13 @@ def test_the_standard_has_all_that_the_compiler_takes() -> None:
 
 
 @pytest.mark.parametrize("name", [file.stem for file in sorted(FOLDER.glob("*.toml"))])
-def test_all_of_the_library_is_on_each_list(name: str, sources: Sources) -> None:
+def test_the_library_uses_only_names_on_each_list(name: str, sources: Sources) -> None:
     assert unwritten(sources.parts, words(name)) == {}
 
 
 @pytest.mark.exhaustive(but=["03_general_io", "06_teach_points"])
 @pytest.mark.parametrize("name", [example.name for example in EXAMPLES])
-def test_each_example_is_on_each_list(name: str) -> None:
+def test_each_example_uses_only_names_on_each_list(name: str) -> None:
     parts = example_sources(name).parts
     located = name.startswith("09")  # Logix has no located variables, which example 09 needs
     for listed in set(_LISTS.values()) - ({"logix"} if located else set()):
@@ -348,7 +348,7 @@ def _scanned(program: Program, scan: int, b: bool, c: bool) -> tuple[object, obj
     return found[0], found[2]
 
 
-def test_functions_of_the_users_get_their_arguments_by_name_in_scl(tmp_path: Path) -> None:
+def test_in_scl_calls_of_user_functions_name_their_arguments(tmp_path: Path) -> None:
     """In SCL, a call of a user's function with more than one parameter names its arguments."""
     own = (
         "FUNCTION FC_Of : INT\n  VAR_INPUT\n    First, Second : INT;\n  END_VAR\n"

@@ -112,7 +112,7 @@ _POU = """\
         ("a.ACD", "PK", "a.ACD: .ACD cannot be read; in Studio 5000: save as .L5X"),
     ],
 )
-def test_what_cannot_be_read_is_told_with_its_line(
+def test_a_mistake_in_a_project_file_is_reported_with_its_line(
     name: str,
     text: str,
     told: str,
@@ -147,7 +147,7 @@ def test_xml_is_read_in_the_encoding_that_it_names(encoding: str, tmp_path: Path
     assert check(list(project_sources([file], {}).paths)) == []
 
 
-def test_two_pous_of_one_name_are_told_with_both_places(
+def test_two_pous_with_the_same_name_are_reported_with_both_files(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """If two POUs have the same name, the message names both files.
@@ -166,9 +166,7 @@ def test_two_pous_of_one_name_are_told_with_both_places(
     assert not out.exists()
 
 
-def test_a_name_never_leads_out_of_the_folder(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_name_with_a_path_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A name such as ../../evil is refused, and no file is written.
 
     Source: docs/how-to/projects.md.
@@ -180,7 +178,7 @@ def test_a_name_never_leads_out_of_the_folder(
     assert [file.name for file in tmp_path.iterdir()] == ["a.xml"]
 
 
-def test_import_overwrites_nothing_unless_it_is_asked_to(
+def test_import_overwrites_files_only_with_force(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Existing files are only overwritten with --force. Source: docs/how-to/projects.md."""
@@ -195,7 +193,7 @@ def test_import_overwrites_nothing_unless_it_is_asked_to(
     assert (out / "ROWS.st").read_text(encoding="utf-8").startswith("TYPE ROWS")
 
 
-def test_structured_text_is_nothing_to_import(
+def test_structured_text_cannot_be_imported(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """`rcx import` rejects a file that is already structured text. Source: rcx import --help."""

@@ -395,7 +395,7 @@ def _arrived(cell: Cell, moves: int) -> None:
     assert tuple(cell.robot.positions) == _POINT[: len(cell.robot.positions)]
 
 
-def test_codesys_texts_of_objects_without_their_end(tmp_path: Path) -> None:
+def test_a_codesys_project_runs(tmp_path: Path) -> None:
     """A CODESYS project with types, global lists, nested blocks and a procedure runs."""
     files = [_write(tmp_path, name, text) for name, text in _CODESYS.items()]
     files.append(_write(tmp_path, "Task.st", _TASK.format(main="PLC_PRG")))
@@ -415,7 +415,7 @@ def test_codesys_texts_of_objects_without_their_end(tmp_path: Path) -> None:
         _arrived(cell, 1)
 
 
-def test_twincat_stations_behind_interfaces(tmp_path: Path) -> None:
+def test_a_twincat_project_with_interfaces_runs(tmp_path: Path) -> None:
     """A TwinCAT project with an array of interfaces runs with the user's CONFIGURATION."""
     names = ""
     for name, (tag, inside) in _TWINCAT.items():
@@ -437,7 +437,7 @@ def test_twincat_stations_behind_interfaces(tmp_path: Path) -> None:
         _arrived(cell, 1)
 
 
-def test_rockwell_with_its_ladder_replaced(tmp_path: Path) -> None:
+def test_a_rockwell_project_with_a_replaced_ladder_routine_runs(tmp_path: Path) -> None:
     """A Rockwell project runs with a body of the user in place of its ladder routine.
 
     The value 20.0 * 1.5 + ATAN(2) is above the limit of 20; ATAN(1) + 3.0 is below this limit.
@@ -461,7 +461,7 @@ def test_rockwell_with_its_ladder_replaced(tmp_path: Path) -> None:
         _arrived(cell, 1)
 
 
-def test_siemens_blocks_data_blocks_and_tags(tmp_path: Path) -> None:
+def test_a_siemens_project_with_data_blocks_and_tags_runs(tmp_path: Path) -> None:
     """A Siemens project runs with its timers and an array in data blocks of another file."""
     tags = "startCMD, limitSwitch, ultrasonic, relay : BOOL;"
     files = [
@@ -486,7 +486,7 @@ def test_siemens_blocks_data_blocks_and_tags(tmp_path: Path) -> None:
         _arrived(cell, 1)
 
 
-def test_a_ladder_beside_a_replaced_body_is_named_in_its_own_file(tmp_path: Path) -> None:
+def test_an_unused_ladder_routine_is_reported_in_the_project_file(tmp_path: Path) -> None:
     """The message about an unused ladder routine names the project file, not the user's file."""
     ladder = _L5X.replace("MainRoutineName", "Main", 0).replace(
         '<Routine Name="Check"', '<Routine Name="Spare" Type="RLL"/>\n<Routine Name="Check"'

@@ -255,7 +255,7 @@ END_FUNCTION_BLOCK
         ("cell.scl", "\tm.Speed_Set := FC_Scale(x := 3);", (43, 1)),
     ],
 )
-def test_each_line_is_where_it_stands_in_the_file(
+def test_each_line_has_its_place_in_the_project_file(
     file: str, text: str, place: tuple[int, int]
 ) -> None:
     """Messages have the line and column of the project file, which were counted by hand."""

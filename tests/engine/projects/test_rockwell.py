@@ -89,7 +89,7 @@ def test_tonr_adds_all_the_time_since_its_last_call(tmp_path: Path) -> None:
     assert [program.read(f"Main.T.{pin}") for pin in ("ACC", "EN", "DN")] == [0, False, False]
 
 
-def test_the_first_run_of_tonr_clears_it(tmp_path: Path) -> None:
+def test_the_first_call_of_tonr_clears_its_time(tmp_path: Path) -> None:
     """At its first call, TONR sets ACC to 0. Source: Rockwell 1756-RM003, TONR, first run."""
     program = _timer(tmp_path, 100, accumulated=90)
     program.scan(0)
@@ -146,7 +146,7 @@ def test_an_instance_begins_with_the_values_of_its_tag(tmp_path: Path) -> None:
     assert values == [6, 7, 6]
 
 
-def test_the_largest_real_is_taken_as_tools_write_it(tmp_path: Path) -> None:
+def test_the_largest_real_is_read_as_tools_write_it(tmp_path: Path) -> None:
     """3.40282347E38, which is slightly above the largest REAL, is rounded down to it.
 
     Source: IEEE 754, rounding to nearest: the largest single is 16#7F7FFFFF, (2 - 2^-23) * 2^127.
@@ -161,7 +161,7 @@ def test_the_largest_real_is_taken_as_tools_write_it(tmp_path: Path) -> None:
     assert program.read("Main.b") == -largest
 
 
-def test_tags_keep_their_values_without_power_but_for_what_a_prescan_sets(tmp_path: Path) -> None:
+def test_tags_that_no_prescan_sets_keep_their_values_without_power(tmp_path: Path) -> None:
     """Tags keep their values without power, except those that the Prescan routine sets.
 
     The areas are tags of a module, so they are not kept. A timer restarts with its preset.

@@ -83,7 +83,7 @@ def test_a_body_in_another_language_is_named(
         "  END_VAR\n  Q := Lit;\nEND_FUNCTION_BLOCK\n",
     ],
 )
-def test_a_body_is_replaced_by_one_of_the_users_or_by_a_whole_block(
+def test_a_ladder_body_is_replaced_by_a_body_or_a_block_of_the_user(
     ladder: Path, text: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A ladder body is replaced by a body or a whole block of the user.
@@ -102,7 +102,7 @@ def test_a_body_is_replaced_by_one_of_the_users_or_by_a_whole_block(
     )
 
 
-def test_a_mistake_in_a_replacing_body_is_told_in_its_file(
+def test_a_mistake_in_the_users_body_is_reported_in_the_users_file(
     ladder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A mistake in the user's body is reported with the line of the user's file."""
@@ -112,7 +112,7 @@ def test_a_mistake_in_a_replacing_body_is_told_in_its_file(
     assert f"{own}:2:6: Nothing is not declared" in capsys.readouterr().err
 
 
-def test_a_mistake_in_a_project_is_told_in_its_line(
+def test_a_mistake_in_a_project_is_reported_with_its_line(
     ladder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A mistake in a project is reported with its line. Source: docs/how-to/projects.md."""
@@ -131,7 +131,7 @@ def test_a_mistake_in_a_project_is_told_in_its_line(
         (["Lamp=lamp.st", "LAMP=lamp.st"], "--replace LAMP is given twice"),
     ],
 )
-def test_a_replacement_that_fits_nothing_is_refused(
+def test_a_replacement_without_a_matching_body_is_refused(
     given: list[str],
     told: str,
     ladder: Path,
@@ -153,7 +153,7 @@ def test_a_replacement_needs_a_project(capsys: pytest.CaptureFixture[str]) -> No
     assert "--replace is for projects of PLC tools" in capsys.readouterr().err
 
 
-def test_what_was_taken_out_of_a_file_is_a_value() -> None:
+def test_a_source_in_a_project_file_can_be_pickled_and_compared() -> None:
     """A source inside a project file can be pickled and compared, as caches and workers need it."""
     paths = project_sources([_DATA / "beremiz.xml"], {}).paths
     assert pickle.loads(pickle.dumps(paths)) == paths
@@ -180,7 +180,7 @@ def test_a_process_image_may_be_inside_a_block(tmp_path: Path) -> None:
         assert cell.connected
 
 
-def test_check_writes_interfaces_of_what_is_missing_once(
+def test_check_writes_interfaces_of_missing_blocks_once(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Interfaces of missing blocks are written, but never over existing files.
