@@ -75,7 +75,7 @@ def test_the_identity_can_be_chosen() -> None:
     assert values == bytes.fromhex("0100 0C00 0300 0405 3000 09080706 0E") + b"another device"
 
 
-def test_a_refused_request_leaves_the_session_as_it_was() -> None:
+def test_after_a_refused_request_the_session_continues() -> None:
     with Adapter() as adapter, Client(*adapter.address) as master:
         for image, status in ((bytes(47), 0x13), (bytes(49), 0x15)):
             with pytest.raises(CipError) as refusal:
@@ -151,7 +151,7 @@ def test_a_dead_process_is_reported_with_its_signal(
 
 @pytest.mark.exhaustive
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
-def test_ctrl_c_is_the_parents_to_handle(processes: list[subprocess.Popen[str]]) -> None:
+def test_the_adapter_ignores_ctrl_c(processes: list[subprocess.Popen[str]]) -> None:
     with Adapter() as adapter, Client(*adapter.address) as master:
         processes[0].send_signal(signal.SIGINT)
         assert master.get_assembly(100) == bytes(48)

@@ -64,7 +64,7 @@ def close_owner(master: Client) -> bytes:
     return master.request(FORWARD_CLOSE, CONNECTION_MANAGER, bytes.fromhex(forward_close())[6:])
 
 
-def test_an_adapter_on_all_addresses_answers_with_the_address_that_was_asked(
+def test_an_adapter_on_all_addresses_answers_with_the_requested_address(
     wire: socket.socket,
 ) -> None:
     """UDP and TCP answers, and attribute 5, contain the address to which the request was sent.
@@ -132,7 +132,7 @@ def test_a_cyclic_connection_owns_the_outputs_until_it_is_closed(adapter: Adapte
     assert adapter.read_to_robot() == b"\x01" * 48
 
 
-def test_an_adapter_without_cyclic_io_opens_none() -> None:
+def test_an_adapter_without_cyclic_io_refuses_cyclic_connections() -> None:
     with Adapter() as adapter, Client(*adapter.address) as master:
         assert adapter.io_port is None
         with pytest.raises(CipError) as refusal:
@@ -148,7 +148,7 @@ def test_the_options_reach_the_device() -> None:
         assert refusal.value.extended[0] == 0x112
 
 
-def test_a_reset_closes_the_tcp_connections_behind_its_reply() -> None:
+def test_a_reset_closes_the_tcp_connections_after_its_reply() -> None:
     with Adapter() as adapter, Client(*adapter.address) as master:
         assert master.request(0x05, bytes.fromhex("2001 2401")) == b""
         with pytest.raises(EnipError, match="failed to answer"):
@@ -181,7 +181,7 @@ def test_an_adapter_that_is_cut_off_does_not_answer(adapter: Adapter, state: Lin
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="finds the process by /proc")
-def test_a_cyclic_process_that_dies_ends_the_adapter_and_leaves_no_owner_behind(
+def test_if_the_cyclic_process_dies_the_adapter_ends_without_an_owner(
     processes: list[subprocess.Popen[str]],
 ) -> None:
     with Adapter(48, cyclic=0) as adapter, Client(*adapter.address, timeout_s=LONG_S) as master:

@@ -48,7 +48,7 @@ def adapter_that_says() -> Iterator[Serve]:
         end()
 
 
-def test_an_answer_that_drips_in_byte_by_byte_has_no_more_time_than_another(
+def test_the_time_limit_applies_to_the_whole_answer(
     adapter_that_says: Serve,
 ) -> None:
     """The limit of 5 s applies to the whole answer, not to each byte.
@@ -88,7 +88,7 @@ def test_requests_are_the_bytes_of_the_protocol() -> None:
     ]
 
 
-def test_a_missing_adapter_is_one_clear_message() -> None:
+def test_a_missing_adapter_is_reported() -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         host, port = server.getsockname()
     with pytest.raises(
@@ -103,7 +103,7 @@ def test_an_invalid_address_is_reported(host: str, port: int) -> None:
         Client(host, port)
 
 
-def test_an_adapter_that_does_not_answer_is_given_up(adapter_that_says: Serve) -> None:
+def test_an_adapter_that_does_not_answer_is_reported(adapter_that_says: Serve) -> None:
     with pytest.raises(EnipError, match=r"nothing within 0\.05 s"):
         Client(*adapter_that_says(b""), timeout_s=0.05)
 

@@ -144,7 +144,7 @@ def test_pycomm3_reads_with_the_route_that_it_sends_by_default(
     assert (listed.error, listed.value) == (None, bytes.fromhex("0100 0100 0000 7C02"))
 
 
-def test_pycomm3_shows_a_refusal_as_one(pycomm: Pycomm) -> None:
+def test_pycomm3_reports_a_refusal(pycomm: Pycomm) -> None:
     assert "Destination unknown" in pycomm(GET_SINGLE, 4, 101, 3).error
 
 
@@ -161,5 +161,5 @@ def test_pylogix_reads_and_writes_the_assemblies(adapter: Adapter, logix: Any) -
     assert adapter.read_to_robot() == TO_ROBOT
 
 
-def test_pylogix_shows_a_refusal_as_one(logix: Any) -> None:
+def test_pylogix_reports_a_refusal(logix: Any) -> None:
     assert logix.Message(GET_SINGLE, 4, 101, 3).Status == "Path destination unknown"

@@ -50,9 +50,7 @@ def test_a_request_is_answered_with_its_sequence_count(connected: Session) -> No
     assert connected.receive(unit(f"0200 {GET_SIZE}")) == reply(f"0200 {SIZE_IS_48}")
 
 
-def test_a_repeated_sequence_count_repeats_the_reply_and_nothing_else(
-    bench: Any, connected: Session
-) -> None:
+def test_a_repeated_sequence_count_only_repeats_the_reply(bench: Any, connected: Session) -> None:
     request = unit("0500 1003 2004 2496 3003" + "77" * 48)
     assert connected.receive(request) == reply("0500 9000 0000")
     assert connected.receive(request) == reply("0500 9000 0000")
@@ -73,7 +71,7 @@ def test_a_refused_request_gets_its_status(connected: Session) -> None:
         unit(""),
     ],
 )
-def test_a_message_of_no_connection_or_without_request_has_no_reply(
+def test_a_message_without_connection_or_request_gets_no_reply(
     connected: Session, frame: bytes
 ) -> None:
     assert connected.receive(frame) == b""
@@ -138,7 +136,7 @@ def test_messages_and_replies_may_be_as_long_as_the_connections_size(
 
 
 @pytest.mark.parametrize("transport", ["83", "93", "A3"])
-def test_every_trigger_of_a_server_is_the_same(bench: Any, transport: str) -> None:
+def test_every_trigger_of_a_server_is_accepted(bench: Any, transport: str) -> None:
     assert bench.ask(forward_open(**{**CLASS_3, "transport": transport})) == opened()
 
 
@@ -155,7 +153,9 @@ def test_every_trigger_of_a_server_is_the_same(bench: Any, transport: str) -> No
         ({"o_to_t_rpi": "00000000"}, "1201 0200 E8030000 10270000"),
     ],
 )
-def test_a_refused_connection_says_why(bench: Any, fields: dict[str, str], words: str) -> None:
+def test_a_refused_connection_has_its_status(
+    bench: Any, fields: dict[str, str], words: str
+) -> None:
     assert bench.ask(forward_open(**{**CLASS_3, **fields})) == refused(words)
 
 
@@ -168,7 +168,7 @@ def test_a_large_connection_has_4002_bytes_at_most(bench: Any) -> None:
 
 
 @pytest.mark.parametrize("path", ["2002 2401", ""])
-def test_it_is_closed_by_its_triad_whatever_the_path(
+def test_a_class_3_connection_is_closed_by_its_triad_with_any_path(
     connected: Session, bench: Any, path: str
 ) -> None:
     """Forward Close finds a connection by its triad; the path has no effect.
@@ -180,12 +180,12 @@ def test_it_is_closed_by_its_triad_whatever_the_path(
     assert bench.ask(forward_close(path=path)) == refused("0701", "CE")
 
 
-def test_it_is_closed_with_its_session(connected: Session, bench: Any) -> None:
+def test_a_class_3_connection_is_closed_with_its_session(connected: Session, bench: Any) -> None:
     connected.close()
     assert bench.ask(forward_open(**CLASS_3)) == opened("02000100")
 
 
-def test_it_times_out_after_its_interval_times_its_multiplier(
+def test_a_class_3_connection_times_out_after_interval_times_multiplier(
     connected: Session, bench: Any
 ) -> None:
     """The connection times out after 16 intervals of 10 ms, or 10 s before the first message."""
@@ -208,7 +208,7 @@ def test_a_connection_never_used_times_out_after_ten_seconds(bench: Any) -> None
     assert bench.ask(forward_open(**CLASS_3)) == opened("02000100")
 
 
-def test_six_and_more_connections_at_a_time_but_not_any_number(bench: Any) -> None:
+def test_the_number_of_class_3_connections_is_limited(bench: Any) -> None:
     """One machine may have 16 connections, and all machines together 32.
 
     Further connections get extended status 0x113. The last four are reserved for machines without a

@@ -73,7 +73,7 @@ def test_a_connection_of_256_bytes_needs_no_large_forward_open(make_bench: Any) 
     assert bench.ask(forward_open(triad=OTHER)) == refused("2701 0601", triad=OTHER)
 
 
-def test_sizes_may_be_called_variable_but_are_the_same(bench: Any) -> None:
+def test_variable_sizes_are_accepted_if_they_are_equal(bench: Any) -> None:
     assert bench.ask(forward_open(o_to_t="354A", t_to_o="324A")) == refused("2701 3600")
     assert bench.ask(forward_open(o_to_t="364A", t_to_o="324A")) == opened()
 
@@ -112,7 +112,7 @@ def test_a_path_may_be_written_in_several_ways(bench: Any, path: str) -> None:
     assert bench.ask(forward_open(path=path)) == opened()
 
 
-def test_the_actual_interval_is_the_requested_one_and_may_differ_by_direction(bench: Any) -> None:
+def test_the_actual_interval_of_each_direction_is_the_requested_one(bench: Any) -> None:
     request = forward_open(o_to_t_rpi="D0070000", t_to_o_rpi="00D43000")  # 2 ms, 3.2 s
     assert bench.ask(request) == opened(intervals="D0070000 00D43000")
     assert bench.cyclic.added[0].o_to_t_api_us == 2_000
@@ -155,7 +155,7 @@ def test_the_same_connection_twice_is_a_duplicate(bench: Any) -> None:
         pytest.param("0100 4D00 F0BEADDE", id="a device with the next serial number"),
     ],
 )
-def test_a_connection_is_named_by_all_of_its_triad(bench: Any, triad: str) -> None:
+def test_a_connection_is_identified_by_its_whole_triad(bench: Any, triad: str) -> None:
     """A request with another serial number, vendor or originator is for another connection.
 
     Source: CIP volume 1, chapter 3, 5.5.1.5 to 5.5.1.7 (serial number, vendor, originator)
@@ -169,7 +169,9 @@ def test_a_connection_is_named_by_all_of_its_triad(bench: Any, triad: str) -> No
     assert bench.device.connections.is_owned
 
 
-def test_a_connection_id_comes_again_only_after_its_connection_has_gone(make_bench: Any) -> None:
+def test_a_connection_id_is_used_again_only_after_its_connection_was_closed(
+    make_bench: Any,
+) -> None:
     """A connection id is used again only after its connection was closed.
 
     The test supplies the ids 0 to 7 repeatedly. The id 0 is never used.
@@ -199,7 +201,7 @@ def test_a_second_owner_is_a_conflict(bench: Any, peer: str) -> None:
     assert bench.ask(forward_open(triad=OTHER), origin(peer)) == refused("0601", triad=OTHER)
 
 
-def test_an_owner_whose_connection_has_timed_out_may_come_again(bench: Any) -> None:
+def test_after_a_time_out_an_owner_may_open_a_new_connection(bench: Any) -> None:
     assert bench.ask(forward_open()) == opened()
     bench.device.connections.ended(1)
     assert bench.ask(forward_open()) == opened("02000100")
@@ -207,7 +209,7 @@ def test_an_owner_whose_connection_has_timed_out_may_come_again(bench: Any) -> N
 
 
 @pytest.mark.parametrize(("o_to_t", "run_idle"), [("0048", False), ("0248", False), ("0648", True)])
-def test_a_heartbeat_carries_nothing(bench: Any, o_to_t: str, run_idle: bool) -> None:
+def test_a_heartbeat_has_no_data(bench: Any, o_to_t: str, run_idle: bool) -> None:
     request = forward_open(o_to_t=o_to_t, path="2004 2405 2C03 2C64")
     assert bench.ask(request) == opened()
     (parameters,) = bench.cyclic.added
@@ -216,7 +218,7 @@ def test_a_heartbeat_carries_nothing(bench: Any, o_to_t: str, run_idle: bool) ->
     assert parameters.run_idle is run_idle
 
 
-def test_owner_input_only_and_listen_only_live_beside_each_other(bench: Any) -> None:
+def test_owner_input_only_and_listen_only_work_at_the_same_time(bench: Any) -> None:
     assert bench.ask(forward_open()) == opened()
     assert bench.ask(forward_open(**INPUT_ONLY, triad=OTHER))[2] == 0
     assert bench.ask(forward_open(**LISTEN_ONLY, triad="0300 4D00 EFBEADDE"))[2] == 0
@@ -224,7 +226,7 @@ def test_owner_input_only_and_listen_only_live_beside_each_other(bench: Any) -> 
     assert kinds == ["exclusive owner", "input only", "listen only"]
 
 
-def test_listeners_end_with_the_last_connection_that_is_more(bench: Any) -> None:
+def test_listeners_end_with_the_last_connection_of_another_kind(bench: Any) -> None:
     """If the owner closes its connection, the listener's connection ends as well.
 
     The cyclic process ends listeners itself, so the Connection Manager does not remove them.
@@ -237,7 +239,7 @@ def test_listeners_end_with_the_last_connection_that_is_more(bench: Any) -> None
     assert bench.ask(forward_open(**LISTEN_ONLY, triad=OTHER)) == refused("1901", triad=OTHER)
 
 
-def test_listeners_stay_while_an_input_only_connection_does(bench: Any) -> None:
+def test_listeners_stay_while_an_input_only_connection_is_open(bench: Any) -> None:
     bench.ask(forward_open())
     bench.ask(forward_open(**INPUT_ONLY, triad=OTHER))
     bench.ask(forward_open(**LISTEN_ONLY, triad="0300 4D00 EFBEADDE"))
@@ -266,11 +268,11 @@ def test_the_number_of_connections_is_limited(bench: Any, fields: dict[str, str]
     assert bench.ask(forward_open())[2] == 0
 
 
-def test_without_a_cyclic_part_there_are_no_resources(make_bench: Any) -> None:
+def test_without_cyclic_io_a_forward_open_is_refused(make_bench: Any) -> None:
     assert make_bench(cyclic=False).ask(forward_open()) == refused("1301")
 
 
-def test_a_cyclic_part_that_has_ended_opens_nothing(bench: Any) -> None:
+def test_if_the_cyclic_process_has_ended_nothing_is_opened(bench: Any) -> None:
     def fail(_: object) -> None:
         raise EnipError("it has ended")
 
@@ -323,7 +325,7 @@ def test_the_originator_may_choose_its_udp_port(bench: Any) -> None:
         "0002 1234 00000000",  # too short
     ],
 )
-def test_packets_are_sent_to_no_third_address(bench: Any, item: str) -> None:
+def test_a_socket_address_of_another_machine_is_refused(bench: Any, item: str) -> None:
     """A socket address item with another machine's address gets extended status 0x205."""
     assert bench.ask(forward_open(), origin(x8001=item)) == refused("0502")
     assert bench.cyclic.added == []
@@ -349,7 +351,7 @@ def test_a_reply_names_the_port_of_the_cyclic_part(bench: Any) -> None:
         pytest.param("2004 0100", id="no path at all"),
     ],
 )
-def test_a_connection_is_closed_by_its_triad_whatever_the_path(bench: Any, path: str) -> None:
+def test_a_connection_is_closed_by_its_triad_with_any_path(bench: Any, path: str) -> None:
     """Forward Close accepts any path, as OpENer does. Source: CIP volume 1, chapter 3, 5.5.3."""
     bench.ask(forward_open(path="3404 7C02 2B00 0500 0101 2004 2405 2C96 2C64 8000"))
     assert bench.ask(forward_close(path=path)) == bytes.fromhex(f"CE00 0000 {TRIAD} 00 00")
@@ -375,9 +377,7 @@ def test_a_refused_forward_close_leaves_the_connection(
     assert bench.cyclic.removed == []
 
 
-def test_connection_ids_are_drawn_by_the_systems_source_of_secrets(
-    make_bench: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_connection_ids_are_random(make_bench: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Connection ids are random, so no originator can guess the owner's id from its own id."""
     drawn = iter([0x8C3F01A7, 0x0152E9D4])
     monkeypatch.setattr("secrets.randbits", lambda bits: next(drawn) if bits == 32 else 0)
@@ -387,7 +387,7 @@ def test_connection_ids_are_drawn_by_the_systems_source_of_secrets(
     assert bench.ask(forward_open(**INPUT_ONLY, triad=OTHER)) == opened("D4E95201", triad=OTHER)
 
 
-def test_a_connection_outlives_the_session_that_opened_it(bench: Any) -> None:
+def test_a_connection_stays_open_when_its_session_ends(bench: Any) -> None:
     bench.ask(forward_open())
     bench.device.unregister(1)
     assert bench.device.connections.is_owned

@@ -18,7 +18,7 @@ from rcx_harness.enip.cyclic.shared import Drop, SharedImages
 # Tests of the packets that the robot sends
 
 
-def test_a_packet_goes_out_every_interval(owned: Device) -> None:
+def test_a_packet_is_sent_every_interval(owned: Device) -> None:
     owned.images.to_master.write(IMAGE)
     assert owned.poll(0) == 10_000
     assert owned.poll(10_000) == 20_000
@@ -38,7 +38,7 @@ def test_a_packet_goes_out_every_interval(owned: Device) -> None:
 @pytest.mark.parametrize(
     ("api_us", "first_us"), [(1_000, 1_000), (10_000, 10_000), (3_200_000, 10_000)]
 )
-def test_the_first_packet_leaves_the_reply_to_the_forward_open_time_to_arrive(
+def test_the_first_packet_is_sent_after_the_reply_has_arrived(
     device: Device, api_us: int, first_us: int
 ) -> None:
     device.exchange.add(replace(OWNER, t_to_o_api_us=api_us), 500)
@@ -58,14 +58,14 @@ def test_new_outputs_of_the_robot_raise_the_short_count(owned: Device) -> None:
     assert owned.sent[1][0][20:] == IMAGE
 
 
-def test_a_stall_is_followed_by_one_packet_not_by_many(owned: Device) -> None:
+def test_after_a_stall_only_one_packet_is_sent(owned: Device) -> None:
     owned.poll(10_000)
     assert owned.poll(67_000) == 70_000
     assert len(owned.sent) == 2
     assert owned.images.status().skipped == 4
 
 
-def test_packets_go_to_the_port_and_with_the_code_point_agreed(device: Device) -> None:
+def test_packets_have_the_agreed_port_and_code_point(device: Device) -> None:
     device.exchange.add(replace(OWNER, destination_port=40_000, dscp=47), 0)
     device.poll(10_000)
     assert device.sent[0][1:] == ((MASTER, 40_000), 47)
@@ -84,7 +84,7 @@ def test_data_of_the_running_master_goes_into_assembly_150(owned: Device) -> Non
 
 
 @pytest.mark.parametrize("before", [[], [0]])
-def test_data_is_there_when_the_state_run_is_published(
+def test_data_are_written_before_the_state_run(
     owned: Device, monkeypatch: pytest.MonkeyPatch, before: list[int]
 ) -> None:
     """A reader that sees RUN finds the data, both at the start and after idle."""
@@ -114,7 +114,7 @@ def test_an_arrival_is_published_after_its_data(
     assert seen == [IMAGE]
 
 
-def test_the_program_stops_and_starts_again(owned: Device) -> None:
+def test_data_of_an_idle_master_are_ignored(owned: Device) -> None:
     """Data of an idle master are ignored.
 
     `generation` counts the changes of the state, not the packets.
@@ -165,7 +165,7 @@ def test_a_dropped_packet_is_counted_with_its_reason(
     assert status.drops[reason] == 1
 
 
-def test_a_forged_packet_with_a_far_number_takes_nothing_from_the_owner(owned: Device) -> None:
+def test_forged_packets_with_a_far_number_do_not_disturb_the_owner(owned: Device) -> None:
     """Forged packets with far sequence numbers are dropped, and the owner's connection continues.
 
     The forged packets have the owner's address and connection id.
@@ -201,12 +201,14 @@ def test_a_packet_from_another_host_is_dropped_and_counted(owned: Device) -> Non
 @pytest.mark.parametrize(
     "unknown", [packet(1, 1, "99999999"), packet(1, 1, "22222222"), b"", b"\0" * 72]
 )
-def test_a_packet_of_no_connection_is_not_received(owned: Device, unknown: bytes) -> None:
+def test_a_packet_with_an_unknown_connection_id_is_not_received(
+    owned: Device, unknown: bytes
+) -> None:
     assert not owned.exchange.receive(unknown, MASTER, 0)
     assert owned.images.status().received == 0
 
 
-def test_packets_that_never_came_are_counted(owned: Device) -> None:
+def test_missing_packets_are_counted(owned: Device) -> None:
     for number in (0xFFFFFFFE, 1, 2):
         owned.exchange.receive(packet(number, number & 0xFFFF), MASTER, 0)
     status = owned.images.status()
@@ -232,7 +234,7 @@ def test_gaps_between_packets_are_stored(owned: Device) -> None:
         ),
     ],
 )
-def test_an_owner_who_never_sends_gives_way_after_ten_seconds(
+def test_an_owner_that_never_sends_times_out_after_ten_seconds(
     device: Device, owner: ConnectionParameters
 ) -> None:
     device.exchange.add(owner, 0)
@@ -255,7 +257,7 @@ def test_silence_of_interval_times_multiplier_ends_the_connection(
     assert device.ended == [(1, EndReason.TIMED_OUT)]
 
 
-def test_the_time_out_counts_the_masters_interval_not_ours(device: Device) -> None:
+def test_the_time_out_is_measured_in_the_masters_interval(device: Device) -> None:
     device.exchange.add(replace(OWNER, o_to_t_api_us=2_000, t_to_o_api_us=100_000), 0)
     device.exchange.receive(packet(1, 1), MASTER, 0)
     assert device.poll(31_999) == 32_000
@@ -263,7 +265,7 @@ def test_the_time_out_counts_the_masters_interval_not_ours(device: Device) -> No
     assert device.owner() is OwnerState.TIMED_OUT
 
 
-def test_the_first_packet_brings_the_end_nearer(device: Device) -> None:
+def test_the_first_packet_shortens_the_time_out(device: Device) -> None:
     """The first packet shortens the time-out from 10 s to 16 intervals of 2 ms.
 
     The device must check this time-out before its own next packet is due.
@@ -291,7 +293,7 @@ def test_a_second_connection_is_due_at_its_own_time(device: Device) -> None:
     assert len(device.sent) == 2
 
 
-def test_after_the_time_out_nothing_is_sent_and_nothing_is_taken(owned: Device) -> None:
+def test_after_the_time_out_no_packets_are_sent_or_accepted(owned: Device) -> None:
     owned.exchange.receive(packet(1, 1), MASTER, 0)
     owned.poll(160_000)
     owned.destinations()
@@ -318,7 +320,7 @@ def test_a_closed_connection_ends_without_report(owned: Device) -> None:
     assert not owned.exchange.receive(packet(2, 2), MASTER, 0)
 
 
-def test_the_owner_comes_again_after_a_time_out(owned: Device) -> None:
+def test_an_owner_can_connect_again_after_a_time_out(owned: Device) -> None:
     owned.exchange.receive(packet(1, 1), MASTER, 0)
     owned.poll(160_000)
     owned.exchange.add(replace(OWNER, number=9, o_to_t_id=0x77777777), 200_000)
@@ -327,7 +329,7 @@ def test_the_owner_comes_again_after_a_time_out(owned: Device) -> None:
     assert owned.owner() is OwnerState.RUN
 
 
-def test_an_adapter_that_goes_off_has_forgotten_all_connections(owned: Device) -> None:
+def test_an_adapter_that_is_switched_off_loses_all_connections(owned: Device) -> None:
     owned.exchange.add(INPUT_ONLY, 0)
     owned.exchange.clear(0)
     assert owned.ended == [(1, EndReason.OFF), (2, EndReason.OFF)]
@@ -367,7 +369,7 @@ def test_each_change_of_a_connection_is_one_entry_with_its_own_time(device: Devi
     assert told(device)[1:] == [(210_000, owner[0], "off", MASTER, 0)]
 
 
-def test_five_openings_and_closings_are_ten_entries_however_near_they_are(device: Device) -> None:
+def test_five_openings_and_closings_at_short_intervals_are_ten_entries(device: Device) -> None:
     for at_us in range(0, 500, 100):
         device.exchange.add(OWNER, at_us)
         device.exchange.remove(1, at_us + 50)

@@ -75,7 +75,7 @@ def test_listen_only_ends_with_the_last_connection_of_another_kind(
     assert device.images.status().connections == 0
 
 
-def test_listen_only_lives_on_while_another_one_does(owned: Device) -> None:
+def test_listen_only_continues_while_another_connection_is_open(owned: Device) -> None:
     owned.exchange.add(INPUT_ONLY, 0)
     owned.exchange.add(LISTEN_ONLY, 0)
     owned.exchange.remove(1, 0)
@@ -104,7 +104,7 @@ def test_one_packet_serves_all_multicast_connections(device: Device) -> None:
     assert device.destinations() == [GROUP]
 
 
-def test_a_connection_that_joins_later_sees_the_running_sequence(device: Device) -> None:
+def test_a_connection_that_joins_later_gets_the_next_numbers(device: Device) -> None:
     device.exchange.add(multicast(OWNER), 0)
     device.poll(10_000)
     device.exchange.add(multicast(INPUT_ONLY), 15_000)
@@ -113,7 +113,7 @@ def test_a_connection_that_joins_later_sees_the_running_sequence(device: Device)
     assert [one[0][10:14].hex() for one in device.sent] == ["01000000", "02000000"]
 
 
-def test_multicast_goes_on_while_one_connection_lives(device: Device) -> None:
+def test_multicast_continues_while_one_connection_is_open(device: Device) -> None:
     for one in (OWNER, INPUT_ONLY):
         device.exchange.add(multicast(one), 0)
     device.exchange.remove(1, 0)
@@ -124,7 +124,7 @@ def test_multicast_goes_on_while_one_connection_lives(device: Device) -> None:
     assert device.destinations() == []
 
 
-def test_multicast_comes_at_the_shortest_interval_of_all(device: Device) -> None:
+def test_multicast_has_the_shortest_interval_of_all_connections(device: Device) -> None:
     device.exchange.add(multicast(OWNER, 20_000), 0)
     device.exchange.add(multicast(INPUT_ONLY, 5_000), 0)
     device.exchange.add(multicast(LISTEN_ONLY, 40_000), 0)
@@ -138,7 +138,7 @@ def test_multicast_comes_at_the_shortest_interval_of_all(device: Device) -> None
     assert device.destinations() == [GROUP]
 
 
-def test_point_to_point_beside_multicast_is_sent_for_itself(device: Device) -> None:
+def test_point_to_point_packets_are_sent_in_addition_to_multicast(device: Device) -> None:
     device.exchange.add(multicast(OWNER), 0)
     device.exchange.add(INPUT_ONLY, 0)
     device.poll(10_000)

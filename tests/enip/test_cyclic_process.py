@@ -103,7 +103,7 @@ def target() -> Iterator[Target]:
             yield target
 
 
-def test_packets_come_in_sequence_with_the_robots_outputs(target: Target) -> None:
+def test_packets_are_sent_in_sequence_with_the_robots_outputs(target: Target) -> None:
     target.images.to_master.write(IMAGE)
     target.open()
     received = [target.receive() for _ in range(30)]
@@ -116,7 +116,7 @@ def test_packets_come_in_sequence_with_the_robots_outputs(target: Target) -> Non
     ]
 
 
-def test_a_packet_right_behind_the_order_to_open_is_taken(target: Target) -> None:
+def test_a_packet_right_after_the_order_to_open_is_accepted(target: Target) -> None:
     """A packet is accepted even if it arrives before the process has read the order to open."""
     target.open(replace(OWNER, number=1_000))
     with udp(STRANGER) as stranger:
@@ -150,7 +150,7 @@ def test_packets_of_strangers_and_garbage_are_counted_and_change_nothing(target:
     assert target.images.owner is OwnerState.WAITING
 
 
-def test_a_flood_of_garbage_keeps_no_packet_from_going_out(target: Target) -> None:
+def test_a_flood_of_garbage_does_not_stop_the_robots_packets(target: Target) -> None:
     target.open()
     numbers = []
     with udp(STRANGER) as stranger:
@@ -181,7 +181,7 @@ def test_a_closed_connection_is_not_served_any_more(target: Target) -> None:
     assert target.ended.empty()
 
 
-def test_a_cut_cable_lets_nothing_through_and_ends_in_a_time_out(target: Target) -> None:
+def test_a_cut_cable_leads_to_a_time_out(target: Target) -> None:
     target.open(replace(OWNER, o_to_t_api_us=1_000))
     target.send(packet(1))
     target.receive_until(lambda: target.images.status().received == 1)
@@ -285,7 +285,7 @@ def test_without_its_parent_the_process_leaves_no_owner_behind(target: Target) -
     assert target.images.status().connections == 0
 
 
-def test_the_process_ends_with_its_parent_however_that_ends() -> None:
+def test_the_process_ends_with_its_parent() -> None:
     """The process ends with its parent, in whatever way the parent ends.
 
     The test waits until standard error is closed, which both processes hold open.

@@ -50,7 +50,7 @@ def test_a_scanner_sends_assembly_150_with_its_run_or_idle_state(
     assert scanner.sent == [(bytes.fromhex(expected), (ROBOT, 2222), 0)]
 
 
-def test_a_scanner_takes_assembly_100_and_is_connected_then(scanner: Device) -> None:
+def test_a_scanner_receives_assembly_100_and_is_then_connected(scanner: Device) -> None:
     assert scanner.owner() is OwnerState.WAITING
     assert scanner.exchange.receive(from_robot(1), ROBOT, 0)
     assert scanner.images.to_master.read() == IMAGE
@@ -74,7 +74,7 @@ def test_a_scanner_that_is_connected_has_the_data_and_their_time(
     assert seen == [(OwnerState.RUN, 7_000, IMAGE)]
 
 
-def test_a_scanner_watches_the_robots_interval_not_its_own(images: SharedImages) -> None:
+def test_the_time_out_of_a_scanner_uses_the_robots_interval(images: SharedImages) -> None:
     """The time-out is 16 times the robot's interval of 2 ms, not the scanner's 100 ms."""
     scanner = Device(images, Role.ORIGINATOR)
     one = replace(OWNER, o_to_t_api_us=100_000, t_to_o_api_us=2_000)

@@ -149,7 +149,7 @@ def test_unconnected_send_is_not_nested(bench: Any) -> None:
     )
 
 
-def test_a_cyclic_part_that_is_lost_takes_its_connections_along(bench: Any) -> None:
+def test_if_the_cyclic_process_is_lost_its_connections_are_closed(bench: Any) -> None:
     bench.ask(forward_open())
     bench.ask(forward_open(transport="A3", path="2002 2401", triad=OTHER))
     bench.device.connections.forget_cyclic()

@@ -66,7 +66,7 @@ def test_a_reader_of_eds_files_finds_no_fault(size: int) -> None:
     assert read_in.get_value("Params", "Param2", 11) == str(size)
 
 
-def test_the_reader_would_find_a_fault() -> None:
+def test_the_reader_reports_a_mistake_in_the_file() -> None:
     from eds_pie.eds_pie import CIP_EDS
 
     with log_messages() as complaints:
@@ -163,13 +163,13 @@ def test_the_adapter_takes_every_connection_of_the_sheet(size: int) -> None:
             assert reply.status == 0, f"{entry[12]}: {reply}"
 
 
-def test_it_follows_the_adapters_options() -> None:
+def test_the_file_has_the_limits_of_the_adapters_options() -> None:
     options = AdapterOptions(rpi_min_us=20_000)
     sheet = read(eds_text(options=options))
     assert sheet["Params"]["Param1"][9:12] == ["20000", "3200000", "20000"]
 
 
-def test_it_says_that_it_is_of_the_virtual_controller() -> None:
+def test_the_file_says_that_it_is_for_the_virtual_controller() -> None:
     """The EDS file says that it is for a simulation, and does not contain the vendor's name."""
     text = eds_text()
     comments = "\n".join(line for line in text.splitlines() if line.startswith("$"))
@@ -193,7 +193,7 @@ def test_the_sheet_is_written_to_a_file_and_missing_folders_are_made(
     assert capsys.readouterr().out == f"written: {file}\n"
 
 
-def test_the_sheet_can_be_made_for_what_is_served(capsys: Captured) -> None:
+def test_the_options_of_the_command_are_in_the_file(capsys: Captured) -> None:
     options = ["--product-code", "77", "--revision", "3.9", "--rpi-min", "1ms"]
     assert main(["eds", *options]) == 0
     sheet = read(capsys.readouterr().out)

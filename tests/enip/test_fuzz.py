@@ -54,14 +54,14 @@ def test_hostile_input_is_answered_or_cut_off_and_disturbs_no_other_peer(
 
 
 @pytest.mark.exhaustive
-def test_something_written_to_the_model_is_found(target: Bench) -> None:
+def test_a_write_to_the_controller_is_reported(target: Bench) -> None:
     target.check()
     target.scanner.write(bytes(48))
     with pytest.raises(FuzzFailure, match=r"seed 5, attack \d+: something was written"):
         fuzz(target, 5, lambda number: number >= 1000)
 
 
-def test_a_master_that_loses_its_connection_is_found(target: Bench) -> None:
+def test_a_lost_connection_of_the_master_is_reported(target: Bench) -> None:
     def goal(number: int) -> bool:
         if number == 25:
             target.scanner.close_connection()
@@ -86,7 +86,7 @@ def test_the_frames_it_starts_from_are_right(target: Bench) -> None:
 
 
 @pytest.mark.exhaustive
-def test_make_fuzz_prints_its_seed_and_what_came_of_it(repository: Path) -> None:
+def test_make_fuzz_prints_its_seed_and_its_result(repository: Path) -> None:
     command = [sys.executable, str(repository / "tests/support/enip_fuzz.py")]
     done = subprocess.run(
         [*command, "--count", "20", "--seed", "4"],

@@ -41,7 +41,7 @@ def leds(master: LiveMaster) -> tuple[Led, Led]:
     ("lose", "state"),
     [(fall_silent, OwnerState.TIMED_OUT), (close_by_forward_close, OwnerState.CLOSED)],
 )
-def test_a_lost_connection_turns_si00_and_si06_off_and_alarm_reset_and_servo_on_bring_it_back(
+def test_after_a_lost_connection_alarm_reset_and_servo_on_are_needed(
     master: LiveMaster, lose: Lose, state: OwnerState
 ) -> None:
     """After silence or a Forward Close, SI(00) and SI(06) are OFF and the servos turn off.
@@ -89,7 +89,7 @@ def reset_the_session(client: socket.socket) -> None:
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("end", [end_the_session, reset_the_session])
-def test_the_end_of_the_tcp_session_leaves_the_cyclic_connection_alone(
+def test_the_cyclic_connection_continues_without_the_tcp_session(
     master: LiveMaster, end: Callable[[socket.socket], None]
 ) -> None:
     """The cyclic connection continues when the TCP session that opened it ends."""
@@ -109,7 +109,7 @@ def test_the_end_of_the_tcp_session_leaves_the_cyclic_connection_alone(
 
 
 @pytest.mark.exhaustive
-def test_a_reader_comes_and_goes_without_the_controller_noticing(master: LiveMaster) -> None:
+def test_an_input_only_connection_has_no_effect_on_the_controller(master: LiveMaster) -> None:
     """An input-only connection that opens and closes has no effect on the controller."""
     master.servo_on()
     with master.connect(kind=ConnectionKind.INPUT_ONLY) as reader:
@@ -137,7 +137,7 @@ def test_a_reader_alone_is_no_connection_to_the_controller(master: LiveMaster) -
 
 
 @pytest.mark.exhaustive
-def test_with_the_power_the_connection_goes_and_a_new_one_can_be_opened(master: LiveMaster) -> None:
+def test_after_a_power_cycle_a_new_connection_can_be_opened(master: LiveMaster) -> None:
     """After a power cycle the master can open a new connection, and the servos are off."""
     master.servo_on()
     master.robot.inject("power_cycle")

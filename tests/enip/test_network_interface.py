@@ -20,7 +20,7 @@ from rcx_harness.enip.target.network_interface import (
         ("10.1.2.3", "255.255.240.0", ("10.1.15.255", "255.255.255.255")),
     ],
 )
-def test_broadcasts_come_to_the_network_and_off_the_loopback_to_all(
+def test_an_interface_has_its_broadcast_addresses(
     address: str, netmask: str, broadcasts: tuple[str, ...]
 ) -> None:
     assert NetworkInterface(address, netmask).broadcast_addresses() == broadcasts
@@ -51,6 +51,6 @@ def test_an_address_of_no_interface_gets_a_guessed_netmask() -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="what Linux tells is left out")
-def test_elsewhere_the_netmask_is_a_guess(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_on_other_systems_the_netmask_is_guessed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "platform", "other")
     assert find_interface("127.0.0.1").netmask == "255.0.0.0"

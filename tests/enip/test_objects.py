@@ -167,7 +167,7 @@ def test_while_a_master_owns_the_outputs_nothing_is_set(bench: Any, path: str, v
     assert bench.ask(f"1003 {path} {value}") == bytes.fromhex("9000 0000")
 
 
-def test_a_code_point_once_set_is_the_one_of_new_connections(bench: Any) -> None:
+def test_new_connections_have_the_code_points_that_were_set(bench: Any) -> None:
     objects = bench.device.objects
     assert [objects.dscp(priority) for priority in range(4)] == [31, 43, 47, 55]
     assert objects.explicit_dscp == 27

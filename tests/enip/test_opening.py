@@ -47,7 +47,7 @@ def test_an_unwanted_connection_is_not_opened() -> None:
     assert bench.openings == 0
 
 
-def test_an_attempt_that_fails_says_why_and_the_next_one_forgets_it() -> None:
+def test_a_failed_attempt_has_a_reason_until_the_next_success() -> None:
     bench = Bench()
     bench.refused = True
     assert not bench.opener.keep()
@@ -58,7 +58,7 @@ def test_an_attempt_that_fails_says_why_and_the_next_one_forgets_it() -> None:
 
 
 @pytest.mark.parametrize(("first_s", "openings"), [(None, 1), (1e9, 1), (0.0, 3)])
-def test_the_first_packet_is_waited_for_as_long_as_was_asked(
+def test_the_opener_waits_for_the_first_packet_for_the_given_time(
     first_s: float | None, openings: int
 ) -> None:
     """The Opener waits for the first packet as long as the caller says before it opens again.
@@ -71,7 +71,7 @@ def test_the_first_packet_is_waited_for_as_long_as_was_asked(
     assert bench.openings == openings
 
 
-def test_with_packets_nothing_is_opened_anew_when_the_wait_is_over() -> None:
+def test_a_connection_with_packets_is_not_opened_again() -> None:
     bench = Bench(0.0)
     bench.scanner.connected = True
     for _ in range(3):
@@ -79,7 +79,7 @@ def test_with_packets_nothing_is_opened_anew_when_the_wait_is_over() -> None:
     assert bench.openings == 1
 
 
-def test_a_connection_unwanted_meanwhile_is_opened_anew() -> None:
+def test_a_connection_that_was_unwanted_is_opened_again() -> None:
     """If a connection was unwanted for a while, it is opened again without a wait for packets.
 
     In the meantime the adapter was off, so the first packet would never arrive.
@@ -155,7 +155,7 @@ def test_no_hint_names_an_option_that_the_command_does_not_have(extended: tuple[
     assert refusal_hint(CipError("x", 1, extended), 48, BRIDGE) == ""
 
 
-def test_another_size_than_the_controllers_is_in_the_devices_own_sheet() -> None:
+def test_for_other_devices_the_hint_names_the_eds_file() -> None:
     hint = "its EDS file has the sizes; give them with --input-size and --output-size"
     assert refusal_hint(CipError("x", 1, (0x128,)), 64, SCAN) == hint
 

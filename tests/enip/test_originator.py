@@ -72,7 +72,7 @@ LONG = {"o_to_t_length": 262, "t_to_o_length": 258}
         ),
     ],
 )
-def test_a_forward_open_has_parameters_and_path_of_what_is_asked_for(
+def test_a_forward_open_has_the_requested_parameters_and_path(
     changes: dict[str, Any], start: str, o_to_t: str, t_to_o: str, path: str
 ) -> None:
     asked = replace(REQUEST, **changes).forward_open()
@@ -121,7 +121,7 @@ def test_an_implausible_reply_is_explained(
     assert REQUEST.problem(agreed) == problem
 
 
-def test_an_interval_near_the_one_that_was_asked_for_is_the_devices_choice() -> None:
+def test_an_interval_near_the_requested_one_is_accepted() -> None:
     """The device may choose an interval from 0.5 ms to twice the requested interval.
 
     It may always choose the requested interval, even if this is very long.

@@ -118,7 +118,7 @@ def said(make_bench: Any, *requests: str, **settings: Any) -> list[str]:
         ),
     ],
 )
-def test_a_refusal_says_who_asked_for_what_why_it_was_refused_and_what_to_set(
+def test_a_refusal_has_request_reason_and_remedy(
     make_bench: Any, fields: dict[str, str], text: str
 ) -> None:
     """The message says who requested what, why it was refused, and what to set.
@@ -128,13 +128,13 @@ def test_a_refusal_says_who_asked_for_what_why_it_was_refused_and_what_to_set(
     assert said(make_bench, forward_open(**fields)) == [text]
 
 
-def test_a_controller_of_256_bytes_says_so(make_bench: Any) -> None:
+def test_a_refusal_names_the_size_of_a_controller_with_256_bytes(make_bench: Any) -> None:
     (text,) = said(make_bench, forward_open(), size=256)
     assert "this controller has 256 bytes, 262 with" in text
     assert text.endswith("or start the controller with --size 48")
 
 
-def test_the_second_master_learns_who_the_first_is(make_bench: Any) -> None:
+def test_a_refusal_of_a_second_master_names_the_first_master(make_bench: Any) -> None:
     texts = said(make_bench, forward_open(), forward_open(triad=OTHER))
     assert texts == [
         f"{USUAL}0x0106, another master owns the outputs; 192.168.0.10 is its master: disconnect "
@@ -142,7 +142,7 @@ def test_the_second_master_learns_who_the_first_is(make_bench: Any) -> None:
     ]
 
 
-def test_a_refused_multicast_request_is_told_the_interval(make_bench: Any) -> None:
+def test_a_refusal_of_a_multicast_request_has_the_right_interval(make_bench: Any) -> None:
     slow = {**INPUT_ONLY, "t_to_o": "3228", "t_to_o_rpi": "204E0000", "triad": OTHER}
     (text,) = said(make_bench, forward_open(t_to_o="3228"), forward_open(**slow))
     assert text.endswith("its multicast input is sent every 10 ms: set that, or point to point")
@@ -154,5 +154,5 @@ def test_an_incomplete_forward_open_is_reported_too(make_bench: Any) -> None:
     ]
 
 
-def test_nothing_is_said_of_what_is_opened_and_closed(make_bench: Any) -> None:
+def test_accepted_requests_give_no_message(make_bench: Any) -> None:
     assert said(make_bench, forward_open(), forward_close(), forward_close()) == []

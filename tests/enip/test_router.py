@@ -51,7 +51,7 @@ def test_a_list_of_attributes_is_answered_with_a_status_for_each(bench: Any) -> 
 @pytest.mark.parametrize(
     "request_", ["0302 2001 2401", "0302 2001 2401 01", "0302 2001 2401 0200 0100"]
 )
-def test_a_list_that_is_shorter_than_it_says_is_refused(bench: Any, request_: str) -> None:
+def test_a_list_that_is_shorter_than_its_count_is_refused(bench: Any, request_: str) -> None:
     """A list with fewer attributes than its count gets status 0x13, not enough data."""
     assert bench.ask(request_) == bytes.fromhex("8300 1300")
 
@@ -70,7 +70,7 @@ def test_bytes_behind_a_read_request_are_ignored(bench: Any, request_: str, behi
 
 
 @pytest.mark.parametrize("route", ["0000", "0100 0100"])
-def test_a_write_with_something_behind_its_data_is_refused(bench: Any, route: str) -> None:
+def test_a_write_with_bytes_after_its_data_is_refused(bench: Any, route: str) -> None:
     """A write request with bytes after its data gets status 0x15, as in OpENer.
 
     The device cannot know where the data end.
@@ -135,7 +135,7 @@ def test_an_electronic_key_must_fit_the_identity(bench: Any, key: str, status: i
 
 
 @pytest.mark.parametrize(("major", "status"), [("81", 0x00), ("01", 0x25)])
-def test_a_newer_device_fits_a_key_that_asks_for_a_compatible_one(
+def test_a_newer_device_matches_a_key_for_compatible_devices(
     make_bench: Any, major: str, status: int
 ) -> None:
     identity = Identity(minor_revision=3)

@@ -111,7 +111,7 @@ def test_an_unknown_command_is_answered_and_the_session_goes_on(
         "00000000 0000 0200 0000 0000 B200 0100 0E",  # an incomplete CIP request
     ],
 )
-def test_data_that_is_no_unconnected_message_is_refused(registered: Session, data: str) -> None:
+def test_data_without_an_unconnected_message_are_refused(registered: Session, data: str) -> None:
     assert registered.receive(frame("6F00", data)) == refused("6F00", 0x03)
     assert registered.receive(GET_SIZE) == SIZE_IS_48
 
@@ -248,7 +248,7 @@ def test_a_frame_that_trickles_in_is_overdue_after_ten_seconds(
     assert registered.is_overdue()
 
 
-def test_ten_seconds_are_for_each_frame(bench: Any, registered: Session) -> None:
+def test_the_limit_of_ten_seconds_applies_to_each_frame(bench: Any, registered: Session) -> None:
     for _ in range(5):
         assert registered.receive(GET_SIZE[:30]) == b""
         bench.now += 9
@@ -269,7 +269,7 @@ def test_the_65th_session_is_refused_until_another_ends(bench: Any) -> None:
     assert sessions[64].receive(REGISTER)[8:12] == bytes(4)
 
 
-def test_a_forward_open_brings_the_socket_address_of_the_cyclic_io(registered: Session) -> None:
+def test_the_reply_to_a_forward_open_has_the_socket_address(registered: Session) -> None:
     """The answer to a Forward Open ends with the socket address of the cyclic I/O (item 0x8000).
 
     The item has AF_INET, port 2222 and the device's address. The request has a T->O item with port
@@ -288,7 +288,7 @@ def test_a_forward_open_brings_the_socket_address_of_the_cyclic_io(registered: S
     )
 
 
-def test_a_refused_forward_open_brings_no_socket_address(registered: Session) -> None:
+def test_the_reply_to_a_refused_forward_open_has_no_socket_address(registered: Session) -> None:
     message = forward_open(multiplier="08")
     data = f"00000000 0000 0200 0000 0000 B200 {len(bytes.fromhex(message)):02X}00 {message}"
     assert registered.receive(frame("6F00", data)) == frame(

@@ -65,7 +65,7 @@ def test_the_version_counts_the_writes(images: SharedImages) -> None:
     assert images.to_robot.version == 0
 
 
-def test_an_image_of_another_size_is_not_taken(images: SharedImages) -> None:
+def test_an_image_of_another_size_is_refused(images: SharedImages) -> None:
     images.to_master.write(bytes([1] * 48))
     for wrong in (bytes(47), bytes(49)):
         with pytest.raises(ValueError, match="different structures"):
@@ -83,7 +83,7 @@ def watched(memory: memoryview, parts: Mapping[int, object]) -> Any:
     return Watched()
 
 
-def test_a_writer_that_dies_within_an_image_leaves_the_one_before() -> None:
+def test_if_a_writer_dies_readers_get_the_previous_image() -> None:
     """If the writer dies while it writes an image, readers get the previous image.
 
     An image is valid only after its version is written, which is the last step.
@@ -96,7 +96,7 @@ def test_a_writer_that_dies_within_an_image_leaves_the_one_before() -> None:
     assert image.read() == b"whol"
 
 
-def test_a_reader_takes_a_newer_image_when_its_own_may_be_overwritten() -> None:
+def test_a_reader_reads_again_if_its_image_may_be_overwritten() -> None:
     """If seven newer images are written during a read, the reader reads again.
 
     The eighth write would use the slot that is being read.
@@ -119,7 +119,7 @@ def test_a_reader_takes_a_newer_image_when_its_own_may_be_overwritten() -> None:
     assert reader.read() == b"0008"
 
 
-def test_no_reader_ever_sees_a_torn_image() -> None:
+def test_no_reader_gets_a_partly_written_image() -> None:
     """While another process writes images of equal bytes, each read image has equal bytes."""
     writer = textwrap.dedent(
         """
@@ -188,7 +188,7 @@ class Recorder:
         self.seen.append(self._look())
 
 
-def test_an_image_is_published_after_it_is_whole() -> None:
+def test_the_version_changes_after_the_image_is_complete() -> None:
     """The version changes only after the whole image is written."""
     memory = memoryview(bytearray(SharedImage.needs(4)))
     SharedImage(memory, 4).write(b"one.")
@@ -199,7 +199,7 @@ def test_an_image_is_published_after_it_is_whole() -> None:
     assert image.version == 2
 
 
-def test_a_state_is_published_after_all_that_belongs_to_it() -> None:
+def test_the_owner_state_is_written_after_its_parameters() -> None:
     words = Recorder()
     whole = watched(memoryview(bytearray(100_000)), {0: words})
     images = SharedImages(SimpleNamespace(name="", buf=whole))  # type: ignore[arg-type]
@@ -259,7 +259,7 @@ def test_closing_twice_does_no_harm() -> None:
     images.close()
 
 
-def test_a_journal_is_written_by_the_one_and_read_once_by_the_other(images: SharedImages) -> None:
+def test_a_journal_entry_is_read_once_by_the_other_process(images: SharedImages) -> None:
     with SharedImages.attach(images.name) as theirs:
         for number in range(3):
             theirs.events.write({"number": number})
@@ -271,7 +271,7 @@ def test_a_journal_is_written_by_the_one_and_read_once_by_the_other(images: Shar
         assert images.refusals.read() == ([{"text": "no"}], 0)
 
 
-def test_a_reader_of_a_journal_that_is_too_slow_learns_how_much_it_has_missed(
+def test_a_slow_reader_of_a_journal_gets_the_number_of_lost_entries(
     images: SharedImages,
 ) -> None:
     """A slow reader gets the newest 127 entries and the number of lost entries.

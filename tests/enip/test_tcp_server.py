@@ -113,7 +113,7 @@ def test_two_machines_cannot_take_all_connections_from_a_third(bench: Any) -> No
     serve(bench, talk)
 
 
-def test_eighty_idle_connections_of_eighty_machines_keep_no_new_master_out(bench: Any) -> None:
+def test_idle_connections_of_many_machines_do_not_block_a_new_master(bench: Any) -> None:
     """A 65th connection replaces the oldest idle one, but never the owner's.
 
     The 64 connections are the owner's, 40 without a session, and 23 with a session but no request.
@@ -150,7 +150,7 @@ def test_eighty_idle_connections_of_eighty_machines_keep_no_new_master_out(bench
 
 
 @pytest.mark.parametrize(("silent_s", "gets_in"), [(9.9, False), (10.0, True)])
-def test_a_session_that_works_gives_way_only_after_ten_seconds_of_silence(
+def test_a_used_session_is_replaced_only_after_ten_seconds_of_silence(
     bench: Any, silent_s: float, gets_in: bool
 ) -> None:
     async def talk(tcp: TcpServer, port: int) -> None:
@@ -169,7 +169,7 @@ def test_a_session_that_works_gives_way_only_after_ten_seconds_of_silence(
     serve(bench, talk)
 
 
-def test_the_overdue_are_closed_and_the_others_stay(bench: Any) -> None:
+def test_only_overdue_connections_are_closed(bench: Any) -> None:
     async def talk(tcp: TcpServer, port: int) -> None:
         silent, slow, busy = [await connect(port) for _ in range(3)]
         for streams in (silent, slow, busy):
@@ -200,7 +200,7 @@ def test_an_oversized_frame_closes_its_connection_only(bench: Any) -> None:
     serve(bench, talk)
 
 
-def test_a_frame_longer_than_one_turn_is_answered_as_one(bench: Any) -> None:
+def test_a_long_frame_gets_one_answer(bench: Any) -> None:
     """A write request with 3,000 bytes gets one answer, status 0x15 (too much data).
 
     The next request is answered as well.
@@ -246,7 +246,7 @@ def test_endless_requests_of_one_peer_do_not_block_the_others(
     serve(bench, talk)
 
 
-def test_a_peer_that_takes_no_answers_is_not_read(bench: Any) -> None:
+def test_requests_of_a_client_that_reads_no_answers_are_not_read(bench: Any) -> None:
     """If a client does not read its answers, the server stops reading its requests.
 
     So the server's memory for waiting answers is limited.
@@ -283,7 +283,7 @@ def test_a_peer_that_takes_no_answers_is_not_read(bench: Any) -> None:
 
 
 @pytest.mark.parametrize(("code_point", "tos"), [(27, 108), (5, 20)])
-def test_explicit_messages_bear_their_code_point(bench: Any, code_point: int, tos: int) -> None:
+def test_explicit_messages_have_their_code_point(bench: Any, code_point: int, tos: int) -> None:
     """New TCP connections have the code point of attribute 8 of the QoS object."""
     bench.ask(f"1003 2048 2401 3008 {code_point:02X}")
 

@@ -198,9 +198,7 @@ def split(field: str) -> list[str]:
     return field.split(",") if field else []
 
 
-def test_the_witness_would_mark_a_malformed_frame(
-    adapter: Adapter, host: str, tmp_path: Path
-) -> None:
+def test_tshark_marks_a_malformed_frame(adapter: Adapter, host: str, tmp_path: Path) -> None:
     """A ListIdentity answer that is cut off is marked by tshark, so the other test could fail."""
     capture = Capture(host, tmp_path / "cut.pcapng")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as broken:

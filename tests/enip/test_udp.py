@@ -57,7 +57,7 @@ def test_a_direct_question_for_the_identity_is_answered_at_once(datagrams: Datag
         ("FFFF", 32.7675),
     ],
 )
-def test_the_answer_to_everybody_comes_after_a_random_delay(
+def test_the_answer_to_a_broadcast_has_a_random_delay(
     datagrams: Datagrams, longest: str, delay_s: float
 ) -> None:
     """An answer to a broadcast is delayed at random, up to the time [ms] in the sender context.
