@@ -1,4 +1,4 @@
-"""The OpenPLC example runs behind the bridge, with the virtual controller on the other side."""
+"""The OpenPLC example controls the virtual controller through the bridge."""
 
 from __future__ import annotations
 

@@ -37,9 +37,9 @@ def test_repeated_and_single_events_keep_their_order() -> None:
 
 
 def test_at_equal_times_one_kind_of_event_follows_the_other() -> None:
-    """At equal times all cycles come before all packets.
+    """At equal times all cycles are executed before all packets.
 
-    Within a kind, the events of the first controller come first.
+    Among cycles, and among packets, those of the first controller come first.
 
     Source: rcx_harness.cell.clock, first paragraph.
     """

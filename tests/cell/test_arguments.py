@@ -85,7 +85,10 @@ _CALLS: list[tuple[Callable[[Cell], object], str]] = [
 def test_an_impossible_argument_is_refused(
     cell: Cell, call: Callable[[Cell], object], said: str
 ) -> None:
-    """Source: the docstring of each method."""
+    """A call with an invalid argument is rejected, and changes nothing.
+
+    Source: the docstring of each method.
+    """
     with pytest.raises(InputError, match=said):
         call(cell)
     assert (cell.scans, cell.now_us) == (0, 0)

@@ -1,4 +1,4 @@
-"""A run in real time over cyclic I/O has the same events in the same order at any pace."""
+"""In real time over cyclic I/O, events have the right order even on a slow computer."""
 
 from __future__ import annotations
 

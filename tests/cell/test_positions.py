@@ -1,4 +1,4 @@
-"""A trace has the positions of the robots in each cycle only on request.
+"""On request, a trace contains the positions of the robots.
 
 The expected values were determined by hand. By default, 1000 pulses are 1 mm and the axes start at
 0.

@@ -73,7 +73,7 @@ class Swept:
     """A cell that has a snapshot before each scan of two jobs.
 
     Args:
-        way: A key of _WAYS.
+        way: The variant of the run, a key of _WAYS.
         jobs: The text of the robot program.
         lib: Folder of the library; None for plc/lib.
     """

@@ -1,7 +1,7 @@
-"""The demo's program in 1,000 random cells: scan, RPI, phases, jitter, delays.
+"""The program of example 01 works in 1,000 cells with random scan, RPI, phases, jitter and delays.
 
-In any network, the controller must never see two dedicated inputs change within 100 ms or a broken
-handshake, and the program must complete its work.
+In any network, two dedicated inputs must not change within 100 ms in the controller, the handshake
+must be correct, and the program must complete its work.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Compiled(NamedTuple):
 
 @pytest.fixture(scope="module")
 def compiled() -> Iterator[Compiled]:
-    """Return the demo's program, compiled once."""
+    """Return the program of example 01, compiled once for all tests of this file."""
     demo = Path(__file__).resolve().parents[2] / "plc" / "examples" / "01_power_up"
     program = build(source_files(sorted(demo.glob("*.st"))).all).program
     program.write("Main.CellSafe", True)

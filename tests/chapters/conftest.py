@@ -1,4 +1,4 @@
-"""The cell for the sentences of the manual, compiled once and restarted for each test."""
+"""Fixtures with the cell of the chapter tests. It is compiled once and restarted for each test."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ def test_si00_off_puts_the_controller_into_the_emergency_stop_state(start: Start
 
 
 def test_si00_is_kept_on_during_normal_operation(start: Start) -> None:
-    """From power-on to the running program, SI(00) changes once.
+    """From power-on to the running program, SI(00) turns ON once and stays ON.
 
     Source: manual chapter 5, 2, SI(00).
     """

@@ -98,7 +98,7 @@ def test_sow0_and_sow1_are_for_status_and_response_of_remote_commands(start: Sta
         with pytest.raises(Exception, match="not a general-purpose word"):
             cell.robot.write_port(name, 1)
     cell["Command.Code"] = 0x0101
-    cell["Data[2]"] = 7  # a point that is not defined
+    cell["Data[2]"] = 7  # point 7 is not defined
     cell["Command.Execute"] = True
     cell.cell.run_until(lambda: cell["Command.Error"] is True, within="1s")
     # The guide only names the alarm. The number 6.204 is assumed: docs/explanation/fidelity.md,

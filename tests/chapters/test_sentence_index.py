@@ -16,7 +16,7 @@ SENTENCES = {
     "1, 5, 2": 5,  # about communication, SI(00), SI(06), SAFETY connector, parallel I/O
     "1, 5, 2, first note": 1,
     "1, 5, 2, second note": 1,
-    "1, 5, 3": 7,  # two causes, communication, SI(00), SI(06), SAFETY connector, parallel I/O
+    "1, 5, 3": 7,  # 2 causes, communication, SI(00), SI(06), SAFETY connector, parallel I/O
     "1, 5, 3, note": 1,
     "3, 1": 14,  # 4 conditions, servo OFF, 4 about a connection, 5 about a missing one
     "5, 2, SO(00)": 1,

@@ -21,7 +21,7 @@ Captured = pytest.CaptureFixture[str]
 
 @pytest.fixture(scope="module")
 def trace(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a trace of a controller with 80 ms servo delay and a different version."""
+    """Return a trace of a controller whose servo delay and version are not the defaults."""
     master = RecordedMaster(servo_on_delay=80.0, host_version=0x0112)
     short_run(master)
     path = tmp_path_factory.mktemp("recorded") / "cell.jsonl"
@@ -37,7 +37,8 @@ def test_both_sides_of_the_first_differences_are_shown(trace: Path, capsys: Capt
     lines = capsys.readouterr().out.splitlines()
     assert "controller 1 is recorded, controller 2 is virtual" in lines
     at = next(k for k, line in enumerate(lines) if "SO(02) Servo ON status output, for" in line)
-    assert lines[at].strip().startswith("0.450 s")  # 400 ms of inputs, then 50 ms (not 80)
+    # the request comes at 400 ms; the model answers after 50 ms
+    assert lines[at].strip().startswith("0.450 s")
     assert lines[at + 1].split() == ["recorded", "OFF"]
     assert lines[at + 2].split() == ["virtual", "ON"]
     assert "servo-on" in lines[at + 3]
@@ -121,7 +122,8 @@ def test_a_capture_of_256_bytes_is_compared_completely(tmp_path: Path, capsys: C
     master = RecordedMaster(size=256, host_version=0x0112)
     short_run(master)
     story = Story()
-    story.open(0, o_to_t="0649", t_to_o="0249")  # sizes: 2 + 4 + 256 and 2 + 256 bytes
+    # sizes with count and header: 2 + 4 + 256 and 2 + 256 bytes
+    story.open(0, o_to_t="0649", t_to_o="0249")
     for number, (t_us, si, so) in enumerate(master.cycles):
         last = (b"\x07\x00" if number > 100 else bytes(2)) if si else so[-2:]
         story.both(10_000 + t_us, si or bytes(256), so[:-2] + last)

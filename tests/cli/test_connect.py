@@ -199,7 +199,7 @@ class SilentScanner:
         """Discard the image that should be sent."""
 
     def read(self) -> Received:
-        """Return an empty image, without a connection."""
+        """Return an image of zeros that says "not connected"."""
         return Received(bytes(48), None, connected=False)
 
     def drops(self) -> str:

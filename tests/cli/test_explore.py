@@ -1,4 +1,4 @@
-"""`rcx explore` visits all states of a small program and reports rules that are broken."""
+"""`rcx explore` visits all states of a small program, and reports broken rules."""
 
 from __future__ import annotations
 

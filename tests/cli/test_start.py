@@ -213,7 +213,7 @@ def test_every_command_is_in_the_table_of_commands() -> None:
 
 
 def test_the_help_ends_with_the_additional_lists(capsys: pytest.CaptureFixture[str]) -> None:
-    """`rcx export --help` ends with the targets, `rcx run --help` with the events."""
+    """`rcx export --help` ends with the list of targets, `rcx run --help` with the events."""
     assert main(["export", "--help"]) == 0
     assert "Targets:" in capsys.readouterr().out.partition("--force")[2]
     assert main(["run", "--help"]) == 0

@@ -116,7 +116,7 @@ class _Beside:
         view.status, view.alarm = (self.status, alarm) if link else (0, (0, 0))
         view.out, view.running = self.head.phase == "PHASE_COMMAND_RUN", self.head.running
         view.asking = None
-        for part in ("rival", "block"):  # in the order of their calls
+        for part in ("rival", "block"):  # in the order in which the program calls the two blocks
             if self.calls[part]:
                 self.rules[part].scan(view)
                 if view.asking is self.rules[part]:

@@ -32,12 +32,15 @@ def test_two_characters_go_into_a_word_the_first_into_the_lower_byte(plc: Progra
 
 
 def test_a_text_is_filled_with_spaces_to_sixteen_characters(plc: Program) -> None:
-    """Source: remote command guide 4.6.1: the rest of a name is spaces."""
+    """A short text is padded with spaces to 16 characters. Source: remote command guide 4.6.1."""
     assert _words(plc, "P1a") == [0x3150, 0x2061] + [0x2020] * 6
 
 
 def test_every_character_of_a_telegram_has_its_own_code(plc: Program) -> None:
-    """Source: remote command guide 4.3.2: characters 0x20 to 0x7E."""
+    """Each of the characters 0x20 to 0x7E is sent as its code.
+
+    Source: remote command guide 4.3.2.
+    """
     for first in range(0x20, 0x7F, 16):
         codes = range(first, min(first + 16, 0x7F))
         words = _words(plc, "".join(map(chr, codes)))
@@ -108,8 +111,8 @@ def test_of_all_characters_a_program_name_takes_37(plc: Program) -> None:
 @pytest.mark.parametrize(
     ("words", "text"),
     [
-        ((0x4241, 0x0043, 0x4444), "ABC"),  # 0x00 ends the text
-        ((0x4241, 0x2043, 0x2020), "ABC"),  # spaces at the end
+        ((0x4241, 0x0043, 0x4444), "ABC"),  # 0x00 ends the text of an answer
+        ((0x4241, 0x2043, 0x2020), "ABC"),  # spaces at the end are removed
         ((0x4120, 0x4220, 0x0000), " A B"),
         ((0x2020, 0x2020, 0x2020), ""),
         ((0x0000, 0x4241, 0x0000), ""),

@@ -149,7 +149,10 @@ def test_english_texts_are_plain_ascii_and_each_has_a_japanese_one() -> None:
 
 
 def test_each_remote_command_has_its_name_for_every_robot(plc: Program) -> None:
-    """Source: guide 3, the table of commands."""
+    """The name does not depend on the robot number in the code.
+
+    Source: guide 3, table of commands.
+    """
     for code, command in spec.commands().items():
         for robot in (0, 1, 4) if code else ():
             plc.write("Main.Code", code | robot << 12)
@@ -226,7 +229,10 @@ def test_a_text_that_does_not_fit_is_refused(text: str) -> None:
 def test_bytes_beyond_ascii_and_hexadecimal_digits_after_them_are_escaped(
     text: str, expected: str
 ) -> None:
-    """Source: IEC 61131-3, character strings: `$` and two hexadecimal digits are one byte."""
+    """A byte beyond ASCII is written as `$` and two hexadecimal digits, and so is a digit after it.
+
+    Source: IEC 61131-3, character strings.
+    """
     assert literal(text) == expected
 
 

@@ -137,7 +137,7 @@ def test_the_words_of_a_command_are_those_it_went_out_with(recorder: Recorder) -
     assert recorder["FaultData"] == [7] * 15
 
 
-# ---- dedicated bits and the link
+# ---- tests of dedicated bits and of the link
 
 _BITS = [
     *(("SO", signal) for signal in spec.signals().output),
@@ -249,7 +249,7 @@ def test_time_is_counted_in_milliseconds_since_the_first_call(recorder: Recorder
     assert recorder["Rows"][0]["Moment"] == 1240
 
 
-# ---- errors of blocks
+# ---- tests of the errors of blocks
 
 
 def test_each_new_error_of_a_block_is_kept_and_is_a_fault(recorder: Recorder) -> None:

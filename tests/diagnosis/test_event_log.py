@@ -16,7 +16,7 @@ def recorder() -> Recorder:
     return connected()
 
 
-# ---- the log
+# ---- tests of the log's entries and of freezing
 
 
 def test_the_oldest_entries_are_overwritten_and_a_page_shows_eight(recorder: Recorder) -> None:

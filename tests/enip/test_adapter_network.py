@@ -44,7 +44,7 @@ def adapter() -> Iterator[Adapter]:
 
 def open_owner(master: Client, **fields: str) -> bytes:
     """Open an Exclusive Owner connection with a long time-out, and return the data of the reply."""
-    slow = {"o_to_t_rpi": "A0860100", "multiplier": "07", **fields}  # time-out: 100 ms x 512
+    slow = {"o_to_t_rpi": "A0860100", "multiplier": "07", **fields}  # a time-out of 100 ms x 512
     return master.request(FORWARD_OPEN, CONNECTION_MANAGER, bytes.fromhex(forward_open(**slow))[6:])
 
 

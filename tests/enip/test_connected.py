@@ -15,7 +15,7 @@ from rcx_harness.enip.target.connection_manager import Origin
 from rcx_harness.enip.target.device import Session
 
 CLASS_3 = {"transport": "A3", "path": "2002 2401", "o_to_t": "F843", "t_to_o": "F843"}
-"""Server, application trigger, to the Message Router; 504 bytes, point to point, variable."""
+"""Fields of a class 3 Forward Open to the Message Router, with 504 bytes, variable."""
 
 CONTEXT = "A1A2A3A4A5A6A7A8"
 GET_SIZE = "0E03 2004 2464 3004"

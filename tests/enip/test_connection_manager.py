@@ -98,7 +98,7 @@ def test_a_large_forward_open_has_sizes_of_16_bits(
         "2004 2405 2C96 2C64",
         "2004 2497 2C96 2C64",
         "2004 2496 2464",  # instances instead of connection points
-        "2004 2405 2C96 2C64 8000",  # configuration data of size 0
+        "2004 2405 2C96 2C64 8000",  # a segment with configuration data of size 0
         "2100 0400 2500 0500 2D00 9600 2D00 6400",  # 16-bit segments
         "2004 2405 2004 2C96 2004 2C64",  # class repeated
         "3404 7C02 2B00 0500 0101 2004 2405 2C96 2C64",  # electronic key
@@ -113,7 +113,8 @@ def test_a_path_may_be_written_in_several_ways(bench: Any, path: str) -> None:
 
 
 def test_the_actual_interval_of_each_direction_is_the_requested_one(bench: Any) -> None:
-    request = forward_open(o_to_t_rpi="D0070000", t_to_o_rpi="00D43000")  # 2 ms, 3.2 s
+    # intervals of 2 ms and 3.2 s
+    request = forward_open(o_to_t_rpi="D0070000", t_to_o_rpi="00D43000")
     assert bench.ask(request) == opened(intervals="D0070000 00D43000")
     assert bench.cyclic.added[0].o_to_t_api_us == 2_000
     assert bench.cyclic.added[0].t_to_o_api_us == 3_200_000

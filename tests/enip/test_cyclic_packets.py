@@ -267,7 +267,7 @@ def test_a_heartbeat_may_carry_the_header_if_that_was_agreed() -> None:
     ("timeout_us", "options", "first_us"),
     [
         (160_000, {}, 10_000_000),
-        (1_638_400_000, {"first_us": 10_000_000}, 10_000_000),  # 512 times 3.2 s
+        (1_638_400_000, {"first_us": 10_000_000}, 10_000_000),  # a time-out of 512 times 3.2 s
         (12_800_000, {}, 12_800_000),
     ],
 )

@@ -34,7 +34,7 @@ from rcx_harness.enip.errors import EnipError
 
 ROBOT, MASTER, STRANGER = "127.5.0.1", "127.5.0.2", "127.5.0.3"
 GENEROUS_S = 60.0
-_IP_RECVTTL = 12  # value on Linux, because Python has no name for it
+_IP_RECVTTL = 12  # the number of IP_RECVTTL on Linux; Python does not define the name
 
 OWNER = replace(
     exchange_bench.OWNER,

@@ -111,7 +111,8 @@ ODD = "1003 2048 2401 3004 3F"  # nine bytes
     ("data", "reply"),
     [
         (f"0A0E 0800 {GET_SIZE} 00 00", "8E00 0000 3000"),  # no route: for this device
-        (f"0A0E 0800 {GET_SIZE} 01 00 0100", "8E00 0000 3000"),  # the usual route
+        # the usual route over port 1, address 0
+        (f"0A0E 0800 {GET_SIZE} 01 00 0100", "8E00 0000 3000"),
         (f"0A0E 0900 {ODD} 00 00 00", "9000 0000"),  # a pad byte after an odd length
         (f"0A0E 0900 {ODD} 00 01 00 0100", "9000 0000"),
         ("0A0E 0800 0E03 2004 2465 3004 00 00", "8E00 0500"),  # the message itself is refused

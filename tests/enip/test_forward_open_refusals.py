@@ -15,32 +15,33 @@ LISTEN_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C04 2C64"}
 @pytest.mark.parametrize(
     ("fields", "words"),
     [
-        # 0x123, 0x124: connection types
+        # 0x123, 0x124: connection types that the device does not have
         ({"o_to_t": "3608"}, "2301"),  # type null, to the adapter
         ({"o_to_t": "3628"}, "2301"),  # type multicast, to the adapter
-        ({"o_to_t": "3668"}, "2301"),  # reserved
+        ({"o_to_t": "3668"}, "2301"),  # reserved type, to the adapter
         ({"t_to_o": "3208"}, "2401"),  # type null, from the adapter
-        ({"t_to_o": "3268"}, "2401"),  # reserved
-        # 0x132: null Forward Open
+        ({"t_to_o": "3268"}, "2401"),  # reserved type, from the adapter
+        # 0x132: a null Forward Open (both types null)
         ({"o_to_t": "3608", "t_to_o": "3208"}, "3201"),
-        # 0x133: multiplier
+        # 0x133: the multiplier is too large
         ({"multiplier": "08"}, "3301"),
-        # 0x11C: class 0, 2, 4 to 6
+        # 0x11C: transport classes 0, 2 and 4 to 6
         ({"transport": "00"}, "1C01"),
         ({"transport": "02"}, "1C01"),
         ({"transport": "04"}, "1C01"),
         ({"transport": "06"}, "1C01"),
-        # 0x11D: change of state, application, reserved
+        # 0x11D: triggers other than cyclic: change of state, application, reserved
         ({"transport": "11"}, "1D01"),
         ({"transport": "21"}, "1D01"),
         ({"transport": "31"}, "1D01"),
         ({"transport": "B3", "path": "2002 2401"}, "1D01"),
-        # 0x11E: the direction does not fit the class
+        # 0x11E: the direction bit does not fit the transport class
         ({"transport": "81"}, "1E01"),
         ({"transport": "23", "path": "2002 2401"}, "1E01"),
-        # 0x125: redundant owner
+        # 0x125: a redundant owner is not supported
         ({"o_to_t": "36C8"}, "2501"),
-        # 0x114 vendor, product code; 0x115 device type; 0x116 revision
+        # electronic keys with a wrong vendor or product code (0x114), device type (0x115), revision
+        # (0x116)
         ({"path": "3404 7D02 2B00 0500 0101 2004 2405 2C96 2C64"}, "1401"),
         ({"path": "3404 7C02 2B00 0600 0101 2004 2405 2C96 2C64"}, "1401"),
         ({"path": "3404 7C02 2C00 0500 0101 2004 2405 2C96 2C64"}, "1501"),
@@ -52,7 +53,7 @@ LISTEN_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C04 2C64"}
         ({"path": "2002 2401"}, "2F01"),
         ({"path": "2005 2405 2C96 2C64"}, "2F01"),
         ({"path": "2004 2405 2005 2C96 2C64"}, "2F01"),
-        # 0x129 configuration, 0x12A consuming, 0x12B producing instance
+        # wrong instances: configuration (0x129), consuming (0x12A), producing (0x12B)
         ({"path": "2004 2402 2C96 2C64"}, "2901"),
         ({"path": "2004 2405 2C64 2C96"}, "2A01"),
         ({"path": "2004 2405 2C65 2C64"}, "2A01"),

@@ -126,7 +126,7 @@ def test_a_path_may_be_written_in_other_ways(bench: Any, path: str) -> None:
         ("7C02 2B00 0600 01 01", 0x25),
         ("7C02 2B00 0500 02 01", 0x25),
         ("7C02 2B00 0500 01 02", 0x25),
-        ("7C02 2B00 0500 81 02", 0x25),  # compatible, but a newer minor revision is requested
+        ("7C02 2B00 0500 81 02", 0x25),  # compatible, but the key demands a newer minor revision
     ],
 )
 def test_an_electronic_key_must_fit_the_identity(bench: Any, key: str, status: int) -> None:

@@ -103,7 +103,7 @@ def test_the_power_up_goes_through_its_stages_and_reads_servo_and_position_back(
     order += [_first(cell, 33, 5), _first(cell, 33, 2)]
     assert order == sorted(order), "SI00, SI06, SI01, SI15, SI12"
     sent = [one.si[:10] for one in cell.trace.scans() if one.si[0] == 1]
-    telegram = "0100 0400 0000 3200 1300"  # n: 0x0001, n+2: 0x0004, n+6: 0x0032, n+8: 0x0013
+    telegram = "0100 0400 0000 3200 1300"  # words n to n+8, low byte first: 1, 4, 0, 50, 19
     assert {bytes(words).hex() for words in sent} == {telegram.replace(" ", "")}
 
 

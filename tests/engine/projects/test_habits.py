@@ -478,7 +478,7 @@ def test_a_siemens_project_with_data_blocks_and_tags_runs(tmp_path: Path) -> Non
         cell["Tags.startCMD"] = True
         cell.run("60ms")
         assert cell["Gate_DB.state"] == 1
-        assert cell["holdTimer.Q"] is True  # TOF: ON at once; TON: not before 1 s
+        assert cell["holdTimer.Q"] is True  # a TOF is ON at once, a TON would be ON after 1 s
         assert cell["Tags.relay"] is False
         cell.run("5s")
         assert cell["Tags.relay"] is True

@@ -38,7 +38,7 @@ n := %s;</p></ST></body>
 
 @pytest.fixture
 def ladder(tmp_path: Path) -> Path:
-    """Return a project with a body in ladder."""
+    """Write a project in which the block Lamp has a body in ladder, and return its file."""
     file = tmp_path / "cell.xml"
     file.write_text(_LADDER % "n + 1", encoding="utf-8")
     return file
