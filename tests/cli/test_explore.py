@@ -384,7 +384,8 @@ def test_the_simplified_controller_answers_as_in_the_manual() -> None:
         assert "ready" in ended.moves(Wire(0), every)
     on = taken.seen(Wire(0, 0x0043)).after("servo")
     assert on.so & 0x0004
-    assert not on.seen(Wire(0, 0x0042)).so & 0x0004  # SI(00) OFF: emergency stop
+    # the PLC turns SI(00) OFF, which is an emergency stop
+    assert not on.seen(Wire(0, 0x0042)).so & 0x0004
     assert on.seen(Wire(0, 0x0042)).so & 0x0001
     lost = on.after("link")
     assert (lost.link, lost.status) == (False, READY)

@@ -133,7 +133,7 @@ def test_a_counterexample_runs_again(motor: str, capsys: Captured) -> None:
 
 
 def test_a_program_alone_is_proved_or_refuted_with_a_run(motor: str, capsys: Captured) -> None:
-    """`rcx prove` proves that Stop has priority, and refutes Count < 3 with a run for `rcx run`."""
+    """`rcx prove` proves that Stop has priority, and gives a run that breaks Count < 3."""
     assertion = "(* prove: NOT (Stop AND Motor) *)\nEND_PROGRAM"
     Path(motor).write_text(_MOTOR.replace("END_PROGRAM", assertion), encoding="utf-8")
     assert main(["prove", motor, "--no-robot"]) == 0

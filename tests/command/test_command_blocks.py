@@ -198,7 +198,7 @@ def test_every_value_of_every_field_can_be_sent(
 def test_illegal_pins_end_in_an_error_and_send_nothing(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
-    """Illegal pins give the ErrorID of the table.
+    """An illegal input gives its ErrorID, and nothing is sent.
 
     Source: docs/reference/errors.md, 16#8040 to 16#8047.
     """

@@ -61,9 +61,9 @@ def test_a_failed_attempt_has_a_reason_until_the_next_success() -> None:
 def test_the_opener_waits_for_the_first_packet_for_the_given_time(
     first_s: float | None, openings: int
 ) -> None:
-    """The Opener waits for the first packet as long as the caller says before it opens again.
+    """If no packet arrives within the given time, the Opener opens the connection again.
 
-    By default it waits for the time-out that the scanner reports.
+    The default time is the time-out that the scanner reports.
     """
     bench = Bench(first_s)
     for _ in range(3):
@@ -142,7 +142,7 @@ def test_a_thread_that_ends_by_itself_is_reported() -> None:
 def test_a_refusal_with_a_remedy_has_the_same_hint_everywhere(
     extended: tuple[int, ...], options: tuple[str, ...], hint: str
 ) -> None:
-    """Each refusal code with a remedy gives the hint of the command.
+    """For each refusal code with a remedy, the hint names the options of the command.
 
     The codes are from CIP volume 1, chapter 3, 5.6. A refusal with 0x112 contains the accepted
     interval of each direction.
