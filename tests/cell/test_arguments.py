@@ -81,21 +81,21 @@ _CALLS: list[tuple[Callable[[Cell], object], str]] = [
 ]
 
 
-@pytest.mark.parametrize(("call", "said"), _CALLS)
+@pytest.mark.parametrize(("call", "message"), _CALLS)
 def test_an_impossible_argument_is_refused(
-    cell: Cell, call: Callable[[Cell], object], said: str
+    cell: Cell, call: Callable[[Cell], object], message: str
 ) -> None:
     """A call with an invalid argument is rejected, and changes nothing.
 
     Source: the docstring of each method.
     """
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         call(cell)
     assert (cell.scans, cell.now_us) == (0, 0)
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         ({"size": 48.0}, "an area of 48.0 bytes does not exist"),
         ({"m": True}, "m cannot be True"),
@@ -111,10 +111,10 @@ def test_an_impossible_argument_is_refused(
     ],
 )
 def test_a_cell_is_built_with_whole_numbers(
-    repository: Path, tmp_path: Path, options: dict[str, Any], said: str
+    repository: Path, tmp_path: Path, options: dict[str, Any], message: str
 ) -> None:
     """Source: Cell.build."""
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         _build(repository, tmp_path, **options)
 
 

@@ -53,7 +53,7 @@ def program(tmp_path: Path) -> Path:
     return file
 
 
-class Told:
+class Messages:
     """A recorder of the messages about the connection."""
 
     def __init__(self) -> None:
@@ -66,18 +66,18 @@ class Told:
 
 
 @pytest.fixture
-def told() -> Told:
-    return Told()
+def messages() -> Messages:
+    return Messages()
 
 
 @pytest.fixture
-def far(build_cell: Build, adapter: Adapter, program: Path, told: Told) -> Build:
+def far(build_cell: Build, adapter: Adapter, program: Path, messages: Messages) -> Build:
     """Return a function that builds a cell whose PLC is connected to the adapter."""
     host, port = adapter.address
 
     def build(**options: object) -> Cell:
         given = {"rpi": "10ms", "timeout": _LONG_TIMEOUT} | options
-        return build_cell(program, connect=Elsewhere(host, port, tell=told), **given)
+        return build_cell(program, connect=Elsewhere(host, port, tell=messages), **given)
 
     return build
 
@@ -90,7 +90,7 @@ def _echoes(cell: Cell, adapter: Adapter, value: int) -> None:
 
 
 def test_the_program_reads_and_writes_the_controllers_areas(
-    far: Build, adapter: Adapter, told: Told, tmp_path: Path
+    far: Build, adapter: Adapter, messages: Messages, tmp_path: Path
 ) -> None:
     """The trace contains only the PLC's scans, because the controller is not simulated.
 
@@ -104,7 +104,7 @@ def test_the_program_reads_and_writes_the_controllers_areas(
     _echoes(cell, adapter, 0x5A)
     assert (cell.cycles, cell.violations) == (0, [])
     host, port = adapter.address
-    assert told.lines[-1] == f"{host}:{port}: connected, 48 bytes, packets every 10 ms"
+    assert messages.lines[-1] == f"{host}:{port}: connected, 48 bytes, packets every 10 ms"
     cell.close()
     header, records = read_trace(trace)
     assert header["link"] == "enip-connect"
@@ -144,13 +144,13 @@ def test_zeros_are_sent_before_the_connection_is_closed(far: Build, adapter: Ada
 
 
 def test_after_a_loss_the_program_is_connected_again(
-    far: Build, adapter: Adapter, told: Told
+    far: Build, adapter: Adapter, messages: Messages
 ) -> None:
     cell = far(timeout="200ms")
     cell.run_until(lambda: bool(cell["Main.Connected"]), within=_WITHIN)
     adapter.shared.link = LinkState.CUT
     cell.run_until(lambda: not cell["Main.Connected"], within=_WITHIN)
-    cell.run_until(lambda: "connected, 48" not in told.lines[-1], within=_WITHIN)
+    cell.run_until(lambda: "connected, 48" not in messages.lines[-1], within=_WITHIN)
     adapter.shared.link = LinkState.UP
     cell.run_until(lambda: bool(cell["Main.Connected"]), within=_WITHIN)
     _echoes(cell, adapter, 0x17)

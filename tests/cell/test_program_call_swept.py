@@ -215,10 +215,10 @@ _SLIPS = {
 
 
 @pytest.mark.exhaustive
-@pytest.mark.parametrize("slip", list(_SLIPS))
-def test_a_mistake_in_the_robot_program_is_found(slip: str) -> None:
+@pytest.mark.parametrize("mistake", list(_SLIPS))
+def test_a_mistake_in_the_robot_program_is_found(mistake: str) -> None:
     """The sweep reports each mistake that was put into JOBS.PGM, so the sweep can fail."""
-    (before, after), way, fault, wrong = _SLIPS[slip]
+    (before, after), way, fault, wrong = _SLIPS[mistake]
     assert _jobs().count(before) == 1
     failures = _failures(Swept(way, jobs=_jobs().replace(before, after)), fault)
     assert any(wrong in failure for failure in failures), failures

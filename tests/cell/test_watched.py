@@ -218,7 +218,7 @@ def test_a_pattern_of_thirty_stars_is_compared_quickly(watched: Build, pattern: 
 
 
 @pytest.mark.parametrize(
-    ("pattern", "name", "fits"),
+    ("pattern", "name", "matches"),
     [
         ("*", "", True),
         ("*", "Speed", True),
@@ -232,12 +232,12 @@ def test_a_pattern_of_thirty_stars_is_compared_quickly(watched: Build, pattern: 
         ("Spee", "Speed", False),
     ],
 )
-def test_a_star_and_a_question_mark_are_wildcards(pattern: str, name: str, fits: bool) -> None:
+def test_a_star_and_a_question_mark_are_wildcards(pattern: str, name: str, matches: bool) -> None:
     """`*` matches any text, and `?` matches one character.
 
     Source: docs/reference/trace.md, --watch.
     """
-    assert is_like(pattern, name) == fits
+    assert is_like(pattern, name) == matches
 
 
 def test_watched_variables_have_a_limit(watched: Build, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -255,20 +255,20 @@ def test_a_lost_connection_exits_with_1(robot: Robot, tmp_path: Path, capsys: Ca
 
 
 @pytest.mark.parametrize(
-    ("action", "left"),
+    ("action", "remaining"),
     [
         (["compare"], "nothing was compared"),
         (["restore", "--write"], "what was being written may be stored; run it again to go on"),
     ],
 )
 def test_a_stopped_command_reports_the_remaining_work(
-    robot: Robot, tmp_path: Path, capsys: Captured, action: list[str], left: str
+    robot: Robot, tmp_path: Path, capsys: Captured, action: list[str], remaining: str
 ) -> None:
     file = tmp_path / "a.toml"
     file.write_text("[points.1]\npulses = [1]\n", encoding="utf-8")
     robot().lost_after_us = 400_000
     assert main(["points", action[0], "h", str(file), *action[1:]]) == 1
-    assert capsys.readouterr().err.endswith(f"no packets arrive any more; {left}\n")
+    assert capsys.readouterr().err.endswith(f"no packets arrive any more; {remaining}\n")
 
 
 def test_a_connection_that_cannot_be_opened_exits_with_2(

@@ -71,20 +71,20 @@ def test_an_older_page_is_overwritten(trace: Path, tmp_path: Path, capsys: Captu
     assert trace.read_text(encoding="utf-8") == _LINES
 
 
-@pytest.mark.parametrize("there", [True, False])
+@pytest.mark.parametrize("has_browser", [True, False])
 def test_the_page_opens_in_the_browser(
-    trace: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch, there: bool
+    trace: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch, has_browser: bool
 ) -> None:
     opened: list[str] = []
 
     def instead(address: str) -> bool:
         opened.append(address)
-        return there
+        return has_browser
 
     monkeypatch.setattr(webbrowser, "open", instead)
     assert main(["view", str(trace), "--open"]) == 0
     assert opened == [trace.with_name("run.html").as_uri()]
-    assert ("no browser was found" in capsys.readouterr().err) is not there
+    assert ("no browser was found" in capsys.readouterr().err) is not has_browser
 
 
 def test_a_capture_is_judged_first(tmp_path: Path, capsys: Captured) -> None:

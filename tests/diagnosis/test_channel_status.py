@@ -87,10 +87,10 @@ def test_a_turn_that_never_ends_stays_stuck(channel: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("held", "then"), [(2_147_399_999, 2_147_400_009), (2_147_400_000, 2_147_400_000)]
+    ("stored_ms", "shown_ms"), [(2_147_399_999, 2_147_400_009), (2_147_400_000, 2_147_400_000)]
 )
 @_BOTH
-def test_the_time_of_a_turn_stops_at_its_limit(channel: str, held: int, then: int) -> None:
+def test_the_time_of_a_turn_stops_at_its_limit(channel: str, stored_ms: int, shown_ms: int) -> None:
     """The shown time of a turn stops at its limit, even after a reset of the longest turn.
 
     Source: head of RCX_TURN, 24 days.
@@ -98,8 +98,8 @@ def test_the_time_of_a_turn_stops_at_its_limit(channel: str, held: int, then: in
     block = Channels()
     block[f"Robot.Inner.{channel}.NextTicket"] = 1
     block.change("Block.Reset", to=True, scans=2)
-    block.change(f"Block.{channel}Channel.Turn.Held", to=held)
-    assert (block[channel]["Held"], block[channel]["Longest"]) == (then, 0)
+    block.change(f"Block.{channel}Channel.Turn.Held", to=stored_ms)
+    assert (block[channel]["Held"], block[channel]["Longest"]) == (shown_ms, 0)
 
 
 @_BOTH

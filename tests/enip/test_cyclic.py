@@ -341,7 +341,7 @@ def test_an_adapter_that_is_switched_off_loses_all_connections(owned: Device) ->
 # Tests of the journal of connection events
 
 
-def told(device: Device) -> list[tuple[int, str, str, str, int]]:
+def new_entries(device: Device) -> list[tuple[int, str, str, str, int]]:
     """Return the new entries of the journal as (time, kind, state, peer, number of readers)."""
     events = [ConnectionEvent.from_record(one) for one in device.images.events.read().records]
     return [(one.at_us, one.kind.value, one.state, one.peer, one.readers) for one in events]
@@ -355,7 +355,7 @@ def test_each_change_of_a_connection_is_one_entry_with_its_own_time(device: Devi
     device.exchange.receive(packet(3, 3, run=0), MASTER, 22_000)
     device.exchange.remove(2, 23_000)
     owner, reader = ("exclusive owner", MASTER), ("input only", OTHER)
-    assert told(device) == [
+    assert new_entries(device) == [
         (1_000, owner[0], "waiting", MASTER, 0),
         (2_000, owner[0], "run", MASTER, 0),
         (13_000, reader[0], "waiting", OTHER, 1),
@@ -363,16 +363,16 @@ def test_each_change_of_a_connection_is_one_entry_with_its_own_time(device: Devi
         (23_000, reader[0], "closed", OTHER, 0),
     ]
     device.poll(182_000)
-    assert told(device) == [(182_000, owner[0], "timed out", MASTER, 0)]
+    assert new_entries(device) == [(182_000, owner[0], "timed out", MASTER, 0)]
     device.exchange.add(OWNER, 200_000)
     device.exchange.clear(210_000)
-    assert told(device)[1:] == [(210_000, owner[0], "off", MASTER, 0)]
+    assert new_entries(device)[1:] == [(210_000, owner[0], "off", MASTER, 0)]
 
 
 def test_five_openings_and_closings_at_short_intervals_are_ten_entries(device: Device) -> None:
     for at_us in range(0, 500, 100):
         device.exchange.add(OWNER, at_us)
         device.exchange.remove(1, at_us + 50)
-    assert [(one[0], one[2]) for one in told(device)] == [
+    assert [(one[0], one[2]) for one in new_entries(device)] == [
         (at_us, "closed" if at_us % 100 else "waiting") for at_us in range(0, 500, 50)
     ]

@@ -56,17 +56,17 @@ def test_a_list_that_is_shorter_than_its_count_is_refused(bench: Any, request_: 
     assert bench.ask(request_) == bytes.fromhex("8300 1300")
 
 
-@pytest.mark.parametrize("behind", ["00", "0000", "0100 0100", "FF" * 20])
+@pytest.mark.parametrize("extra", ["00", "0000", "0100 0100", "FF" * 20])
 @pytest.mark.parametrize(
     "request_", ["0E03 2004 2464 3004", "0102 2001 2401", "0302 2001 2401 0100 0100"]
 )
-def test_bytes_behind_a_read_request_are_ignored(bench: Any, request_: str, behind: str) -> None:
+def test_bytes_behind_a_read_request_are_ignored(bench: Any, request_: str, extra: str) -> None:
     """Bytes after a read request are ignored, because some clients append their route there.
 
     Source: OpENer (the open reference adapter), GetAttributeSingle and its siblings
     """
-    assert bench.ask(request_ + behind) == bench.ask(request_)
-    assert bench.ask(request_ + behind)[2] == 0
+    assert bench.ask(request_ + extra) == bench.ask(request_)
+    assert bench.ask(request_ + extra)[2] == 0
 
 
 @pytest.mark.parametrize("route", ["0000", "0100 0100"])

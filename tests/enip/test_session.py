@@ -212,14 +212,14 @@ def test_the_longest_frame_is_taken(registered: Session) -> None:
     assert registered.receive(header + bytes(4160) + GET_SIZE) == SIZE_IS_48
 
 
-@pytest.mark.parametrize(("said", "answer"), [(GET_SIZE, SIZE_IS_48), (frame("0000"), b"")])
+@pytest.mark.parametrize(("sent", "answer"), [(GET_SIZE, SIZE_IS_48), (frame("0000"), b"")])
 def test_a_connection_is_overdue_after_120_seconds_without_a_frame(
-    bench: Any, registered: Session, said: bytes, answer: bytes
+    bench: Any, registered: Session, sent: bytes, answer: bytes
 ) -> None:
     """A TCP connection is overdue 120 s after its last frame; a NOP counts as a frame as well."""
     bench.now += 119.9
     assert not registered.is_overdue()
-    assert registered.receive(said) == answer
+    assert registered.receive(sent) == answer
     bench.now += 119.9
     assert not registered.is_overdue()
     bench.now += 0.1

@@ -273,7 +273,7 @@ def test_words_texts_reals_and_timers_keep_their_values(probe: tuple[Program, Pr
 
 
 @pytest.mark.parametrize(
-    ("variables", "statement", "said"),
+    ("variables", "statement", "message"),
     [
         ("i : DINT;", "FOR i := 1 TO 3 DO\n i := i;\nEND_FOR;",
          "Mine.st:5: FUNCTION_BLOCK FB_Mine: a FOR loop"),
@@ -294,7 +294,7 @@ def test_words_texts_reals_and_timers_keep_their_values(probe: tuple[Program, Pr
     ],
 )  # fmt: skip
 def test_a_part_that_is_not_carried_is_named(
-    tmp_path: Path, variables: str, statement: str, said: str
+    tmp_path: Path, variables: str, statement: str, message: str
 ) -> None:
     """A block that Logix cannot have is reported, and also the program that needs the block."""
     block = (
@@ -303,7 +303,7 @@ def test_a_part_that_is_not_carried_is_named(
     user = "PROGRAM Mine\n  VAR\n    It : FB_Mine;\n  END_VAR\n  It();\nEND_PROGRAM"
     output = _exported(tmp_path, f"{block}\n{user}\n")
     assert left_out(output)[0].startswith("FUNCTION_BLOCK FB_Mine: ")
-    assert said in str(output.missing[0])
+    assert message in str(output.missing[0])
     assert left_out(output)[1] == "PROGRAM Mine: needs FB_Mine, which cannot be exported"
     assert "FB_Mine" not in output.files[""]
 

@@ -339,7 +339,7 @@ def test_twincat_lists_global_variables_and_drops_non_retain(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize(
-    ("target", "statement", "said"),
+    ("target", "statement", "message"),
     [
         ("twincat", "x := x ** i;", "** is not on the list for TwinCAT 3; write EXPT("),
         ("scl", "i := TIME_TO_INT(t);", "TIME_TO_INT is not on the list for SCL"),
@@ -351,7 +351,7 @@ def test_twincat_lists_global_variables_and_drops_non_retain(tmp_path: Path) -> 
     ],
 )
 def test_a_function_that_the_tool_lacks_is_reported_with_its_line(
-    target: str, statement: str, said: str, tmp_path: Path, capsys: Captured
+    target: str, statement: str, message: str, tmp_path: Path, capsys: Captured
 ) -> None:
     """A function that the tool lacks is reported with its line, as is the program that needs it."""
     file = tmp_path / "Word.st"
@@ -362,7 +362,7 @@ def test_a_function_that_the_tool_lacks_is_reported_with_its_line(
     )
     assert _export(target, file) == 1
     first, second = (one for one in capsys.readouterr().out.splitlines() if "carried" in one)
-    assert first.startswith(f"not carried: {file}:6: FUNCTION_BLOCK FB_Word: {said}")
+    assert first.startswith(f"not carried: {file}:6: FUNCTION_BLOCK FB_Word: {message}")
     assert second == f"not carried: {file}:8: PROGRAM Mine: needs FB_Word, which cannot be exported"
     place = tmp_path / target
     assert not place.exists()

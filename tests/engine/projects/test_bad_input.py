@@ -36,7 +36,7 @@ _POU = """\
 
 
 @pytest.mark.parametrize(
-    ("name", "text", "told"),
+    ("name", "text", "message"),
     [
         ("a.xml", "", "a.xml:1:1: is not well-formed XML: no element found"),
         ("a.xml", f"{_HEAD}<project>\n<types>", "a.xml:3:8: is not well-formed XML: no element"),
@@ -115,7 +115,7 @@ _POU = """\
 def test_a_mistake_in_a_project_file_is_reported_with_its_line(
     name: str,
     text: str,
-    told: str,
+    message: str,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
@@ -125,7 +125,7 @@ def test_a_mistake_in_a_project_file_is_reported_with_its_line(
     Path(name).write_text(text, encoding="utf-8")
     assert main(["run", name, "--engine", "builtin"]) == 2
     said = capsys.readouterr()
-    assert told in said.err
+    assert message in said.err
     assert said.err.removeprefix("compiling ...\n").strip().count("\n") == 0
     assert [file.name for file in tmp_path.iterdir()] == [name]
 

@@ -123,7 +123,7 @@ def test_a_mistake_in_a_project_is_reported_with_its_line(
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("given", "message"),
     [
         (["Lamb=lamp.st"], "--replace Lamb: there is no POU of this name in the project; did you"),
         (["Lamp"], "--replace Lamp; write it as --replace POU=file.st"),
@@ -133,7 +133,7 @@ def test_a_mistake_in_a_project_is_reported_with_its_line(
 )
 def test_a_replacement_without_a_matching_body_is_refused(
     given: list[str],
-    told: str,
+    message: str,
     ladder: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
@@ -143,7 +143,7 @@ def test_a_replacement_without_a_matching_body_is_refused(
     Path("lamp.st").write_text("Q := Lit;", encoding="utf-8")
     options = [part for one in given for part in ("--replace", one)]
     assert main(["check", "cell.xml", *options]) == 2
-    assert told in capsys.readouterr().err
+    assert message in capsys.readouterr().err
 
 
 def test_a_replacement_needs_a_project(capsys: pytest.CaptureFixture[str]) -> None:
