@@ -102,7 +102,7 @@ def test_bridge_exchanges_until_ctrl_c_and_then_writes_zeros(
         assert bridge("--hold", "0s") == 0
     finally:
         thread.join()
-    assert seen == [0x0200], "SOW(0), little endian"
+    assert seen == [0x0200], "SOW(0) must be little endian"
     assert [plc.holds[1024 + k] for k in range(25)] == [0] * 25
     assert signal.getsignal(signal.SIGINT) == before
     out = capsys.readouterr().out
@@ -264,6 +264,6 @@ def wait_for(running: Running, wanted: State) -> tuple[float, State, str]:
     """Wait until the bridge reports the wanted state, and return this report."""
     while True:
         news = running.news.get(timeout=60)
-        assert news is not None, "the command has ended"
+        assert news is not None, "the bridge has ended before it reported the wanted state"
         if news[1] is wanted:
             return news

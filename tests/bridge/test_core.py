@@ -71,7 +71,9 @@ class Scene:
         for count in range(1, most + 1):
             if self.go().state is State.RUN:
                 return count
-        raise AssertionError(f"{most} exchanges, and still {self.last.state}: {self.last.reason}")
+        raise AssertionError(
+            f"{most} exchanges, but the state is still {self.last.state}: {self.last.reason}"
+        )
 
 
 @pytest.fixture
@@ -116,7 +118,7 @@ def test_the_life_word_is_never_0_while_the_bridge_runs() -> None:
     lives = [scene.go(after_us=1).life for _ in range(0x10000)]
     assert 0 not in lives
     assert max(lives) == 0xFFFF
-    assert 1 in lives, "the life word wraps to 1"
+    assert 1 in lives, "the life word must wrap from 65535 to 1"
 
 
 def test_after_a_loss_of_the_plc_the_robot_receives_zeros_at_once(running: Scene) -> None:
@@ -149,7 +151,7 @@ def test_after_a_loss_the_plc_must_clear_code_and_dedicated_inputs(
     assert running.go().reason == "it still holds the remote command 16#0001"
     running.area = _NOT_REQUESTING
     assert running.go().state is State.RUN
-    assert running.last.to_robot == _NOT_REQUESTING, "the PLC may keep general-purpose inputs"
+    assert running.last.to_robot == _NOT_REQUESTING, "general-purpose inputs may stay ON"
 
 
 @pytest.mark.parametrize(
@@ -177,7 +179,7 @@ def test_a_short_loss_of_the_robot_is_shown_to_the_plc_for_the_whole_hold_time(
     scene.robot_there = False
     scene.go()
     scene.robot_there = True
-    assert scene.until_run() == 21, "the first answer to the zeros, then 200 ms"
+    assert scene.until_run() == 21, "one exchange until the first answer, then 200 ms"
 
 
 def test_after_a_loss_of_the_plc_the_hold_time_begins_with_the_first_write(
@@ -223,13 +225,13 @@ def test_the_bridge_restarts_only_if_the_program_has_run_since_the_loss() -> Non
 def test_a_constant_heartbeat_is_a_loss_of_the_plc(running: Scene) -> None:
     """The PLC counts as lost if its Modbus server answers, but its program has stopped."""
     running.beats = False
-    assert running.go(50).state is State.RUN, "exactly 500 ms are not too long"
+    assert running.go(50).state is State.RUN, "500 ms are within the limit"
     assert running.go().state is State.STANDING
     assert running.last.reason == f"its heartbeat has been {running.beat} for 510 ms"
     assert running.go(1000).state is State.STANDING
     running.beats, running.area = True, _NOT_REQUESTING
     assert running.go().state is State.CLEARING
-    assert running.until_run() == 20, "200 ms after the first beat"
+    assert running.until_run() == 20, "the hold time is 200 ms"
 
 
 def test_a_slow_heartbeat_is_accepted(running: Scene) -> None:

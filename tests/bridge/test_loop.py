@@ -134,7 +134,7 @@ def test_the_plcs_words_expire_but_zeros_do_not(loop: Loop, room: Room, robot: R
     loop.turn()
     assert robot.valid_us is None
     run(loop, room)
-    assert robot.valid_us == 200_000, "twice the longest gap"
+    assert robot.valid_us == 200_000, "the words must expire after 200 ms"
     room.fails.add("read")
     loop.turn()
     assert robot.valid_us is None
@@ -175,7 +175,7 @@ def test_the_connection_to_a_missing_plc_is_retried_after_half_a_second(
     room.now_us += 499_999
     loop.turn()
     assert room.names() == ["robot"]
-    assert loop.reason == "connect failed", "the reason does not change"
+    assert loop.reason == "connect failed", "the reason must not change"
     room.now_us += 1
     loop.turn()
     assert room.names() == ["connect", "robot"]
@@ -212,7 +212,7 @@ def test_at_the_end_plc_and_robot_receive_zeros(loop: Loop, room: Room, robot: R
     assert robot.valid_us is None
     room.connected = False
     loop.end()
-    assert room.names()[2:] == ["robot"], "a side that is not connected gets no data"
+    assert room.names()[2:] == ["robot"], "only the robot must get data"
 
 
 def test_an_error_of_the_last_write_is_ignored(loop: Loop, room: Room) -> None:
@@ -232,7 +232,7 @@ def test_figures_count_only_successful_exchanges(loop: Loop, room: Room) -> None
         loop.turn()
     rate = loop.figures.look(room.now_us + 3_000)
     assert (rate.median_us, rate.age_us) == (4_000, 3_000)
-    assert rate.max_us == 6_000, "the first exchange had to connect"
+    assert rate.max_us == 6_000, "the longest exchange includes the connect"
     assert rate.per_second == pytest.approx(100.0)
     room.fails.add("read")
     loop.turn()

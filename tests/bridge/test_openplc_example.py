@@ -109,7 +109,7 @@ def test_a_loss_of_the_plc_stops_the_robot_and_its_servos_stay_off(
     assert not bench.controller.machine.si00
     assert not bench.controller.machine.si06
     bench.step(30)
-    assert not plc.program.read("Main.Connected"), "the life word does not change"
+    assert not plc.program.read("Main.Connected"), "the life word has stopped"
 
     bench.plc.start()
     bench.until(lambda: bench.loop.state is State.RUN)

@@ -118,7 +118,7 @@ def until(what: Callable[[], bool]) -> None:
         if what():
             return
         pause.wait(0.001)
-    raise AssertionError("the condition was never true")
+    raise AssertionError("the condition did not become true")
 
 
 def received(link: RobotLink) -> int:

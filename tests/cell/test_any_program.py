@@ -84,7 +84,7 @@ def test_no_program_can_break_the_interval_or_the_handshake(program: Program, se
         cell.scan()
     program.restore(fresh)
     assert not cell.violations
-    assert cell.commands, "the program did some work"
+    assert cell.commands, "the program must execute commands"
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -33,7 +33,7 @@ def test_a_number_of_scans_is_a_whole_number_from_0_on(cell: Cell, number: Any) 
     with pytest.raises(InputError, match="the number of scans cannot be"):
         cell.scan(number)
     with pytest.raises(InputError, match="scans cannot be"), cell.takes(scans=number):
-        raise AssertionError("the call is refused before anything runs")
+        raise AssertionError("the call must be refused first")
     assert (cell.scans, cell.now_us) == (0, 0)
 
 

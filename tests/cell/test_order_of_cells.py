@@ -137,7 +137,7 @@ def test_every_order_of_cells_gives_the_same_runs(project: Path, engine: str) ->
     if engine != "builtin" and (missing := why_not(engine)):
         pytest.skip(missing)
     first = {act: _run(project, act, engine) for act in _ACTIONS}
-    assert len(set(map(repr, first.values()))) == len(_ACTIONS), "each act has its own effect"
+    assert len(set(map(repr, first.values()))) == len(_ACTIONS), "two acts have the same effect"
     for order in _orders():
         for act in order:
             assert _run(project, act, engine) == first[act], (

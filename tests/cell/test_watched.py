@@ -55,7 +55,7 @@ def test_values_are_shown_as_in_structured_text(watched: Build, engine: str) -> 
     cell.run("50ms")
     assert cell.watched() == _AT_THE_END
     cell.close()
-    assert cell.watched() == _AT_THE_END, "the last value, after the end, too"
+    assert cell.watched() == _AT_THE_END, "a closed cell must keep the last values"
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -193,7 +193,7 @@ def test_variables_that_change_in_each_scan_add_no_columns(watched: Build) -> No
     assert 20_000 in times
     assert len(times) < 10
     line = next(one for one in text_chart(timeline, 80).splitlines() if "Main.Scans" in one)
-    assert "╳3─" in line, "the value at the time of the column"
+    assert "╳3─" in line, "the column must show the value of its time"
 
 
 def test_a_single_changing_variable_adds_columns(watched: Build) -> None:

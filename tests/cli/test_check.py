@@ -155,7 +155,8 @@ def test_reserved_words_of_edition_3_are_not_allowed_as_names(tmp_path: Path, wo
     kind = f"TYPE\n  {word} : INT;\nEND_TYPE\n"
     called = block().replace("FB_It", word)
     for text in (variable, field, member, kind, called):
-        if text is member and word in ("Super", "This"):  # Super and This are errors in this place
+        # as enumeration values, Super and This are errors before the check of the rules
+        if text is member and word in ("Super", "This"):
             with pytest.raises(InputError, match=f"It.st:2:19: {word} is a reserved word"):
                 lint([write(tmp_path, "It", text)])
             continue

@@ -47,7 +47,9 @@ def test_without_a_terminal_the_confirmation_must_be_an_option(
     repository: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys, "stdin", Terminal(somebody=False))
-    monkeypatch.setattr(Cell, "build", lambda *_, **__: pytest.fail("the run was started"))
+    monkeypatch.setattr(
+        Cell, "build", lambda *_, **__: pytest.fail("the run was started without a confirmation")
+    )
     assert main(["run", str(repository.joinpath(*DEMO)), "--connect", NOBODY]) == 2
     error = capsys.readouterr().err
     assert error == (
@@ -240,7 +242,7 @@ def test_a_run_without_a_single_packet_of_the_controller_is_an_error(
     captured = capsys.readouterr()
     assert captured.err.endswith(message)
     assert "3 scans" in captured.out
-    assert trace.exists(), "the trace is written in any case"
+    assert trace.exists(), "the trace must be written"
 
 
 def test_ctrl_c_ends_the_run_with_zeros_and_all_outputs(

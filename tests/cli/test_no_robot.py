@@ -58,7 +58,7 @@ def test_properties_and_coverage_work_without_a_robot(motor: str, capsys: Captur
     assert main(["run", motor, "--no-robot", *options]) == 1
     out = capsys.readouterr().out
     assert "violation at 120 ms: plc, scan 13: property: always Main.Count < 3" in out
-    assert "75.0 % 3/4" in out, "the motor is never stopped"
+    assert "75.0 % 3/4" in out, "the line that stops the motor is not executed"
 
 
 def test_missing_areas_are_reported_with_what_to_do(motor: str, capsys: Captured) -> None:

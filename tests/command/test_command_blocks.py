@@ -185,7 +185,7 @@ def test_every_value_of_every_field_can_be_sent(
             continue
         seen = {fields[part.name] for fields in sent}
         never = set(_UNREACHABLE.get(part.name, ()))
-        assert len(seen) > 1, f"{part.name} is always the same"
+        assert len(seen) > 1, f"{part.name} never changes in the telegrams"
         assert {*part.values, *(part.range or ())} - never <= seen, part.name
         selectors = reading.requests[part.by].values if part.by else {}
         for selector, limits in part.ranges.items():
@@ -230,7 +230,7 @@ def test_the_inputs_are_sampled_on_the_rising_edge(
         plc.answer(0x0200)
         plc.set({**first, "Execute": True})
         plc.scan(3)
-        assert plc.words[0] == 0, "the controller is not ready"
+        assert plc.words[0] == 0, "nothing may be sent before the ready status"
         assert plc.shown == ["Busy", "Active"]
         plc.set(other)
         plc.answer(0)

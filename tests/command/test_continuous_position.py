@@ -61,7 +61,9 @@ def test_millimetres_come_with_hand_and_arm_rotation() -> None:
     assert (plc["Position.Arm1"], plc["Position.Arm2"]) == (1, -1)
     plc.answer(0x0100, [0, 0, 0x2 | 0x2 << 3, *PULSES[3:]], scans=1)
     assert plc["Position.HandSystem"] == "HAND_RIGHT"
-    assert (plc["Position.Arm1"], plc["Position.Arm2"]) == (0, 0), "a number of 2 means 0"
+    assert (plc["Position.Arm1"], plc["Position.Arm2"]) == (0, 0), (
+        "the arm rotation 2 must be shown as 0"
+    )
 
 
 def test_a_robot_without_hand_systems_shows_none() -> None:
@@ -83,7 +85,7 @@ def test_the_status_reset_command_stops_the_output() -> None:
     assert plc.words[0] == 0
     assert not plc["Position.Valid"]
     assert not plc["Position.Error"]
-    assert plc["Position.Pulses"][0] == 20001, "the last position does not change"
+    assert plc["Position.Pulses"][0] == 20001, "the last position must stay"
     plc.scan(3)
     plc["First.Code"], plc["First.Execute"] = 0x0501, True
     plc.scan(3)

@@ -78,7 +78,9 @@ def test_after_the_stop_the_interlock_signal_is_set_on_again_by_itself() -> None
     jogging(plc)
     end_by_stop(plc)
     assert plc["Jog.Stopping"]
-    assert 8 <= plc.scan_until(lambda: "SI06" in plc.inputs) <= 10, "12 scans from OFF to ON"
+    assert 8 <= plc.scan_until(lambda: "SI06" in plc.inputs) <= 10, (
+        "SI(06) must be OFF for 12 scans"
+    )
     plc.scan_until(lambda: not plc["Jog.Stopping"])
     assert plc["Robot.Settled"]
 
@@ -90,7 +92,7 @@ def test_an_enable_during_the_stop_jogs_again_after_the_stop() -> None:
     plc["Jog.Enable"], plc["Jog.Axis"] = True, 2
     plc.scan()
     assert plc["Jog.Busy"]
-    assert plc.words[:3] == [0x0020, 0, 1], "the first jog is held to its end"
+    assert plc.words[:3] == [0x0020, 0, 1], "the first jog must stay until its end"
     plc.complete(0x4000, STOPPED)
     plc.scan_until(lambda: plc.words[0] == 0x0020)
     assert plc["Robot.Settled"]
@@ -176,7 +178,7 @@ def test_a_jog_that_the_controller_ends_normally_stays_valid_until_enable_falls(
     assert plc.words[0] == 0
     assert plc["Jog.Pulses"][0] == 12345
     plc.change("Jog.Enable", to=False)
-    assert plc.inputs == ["SI00", "SI06"], "no jog is running that needs a stop"
+    assert plc.inputs == ["SI00", "SI06"], "without a jog SI(06) must stay ON"
 
 
 @pytest.mark.parametrize(

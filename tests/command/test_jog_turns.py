@@ -59,7 +59,7 @@ def test_a_jog_that_ended_while_the_area_was_illegal_needs_no_stop() -> None:
     jogging(plc)
     plc["Jog.Enable"], plc["WriteArea.Size"] = False, 47
     plc.scan()
-    assert plc.words[0] == 0x0020, "the command is held in any case"
+    assert plc.words[0] == 0x0020, "the code must stay in the area"
     plc["WriteArea.Size"] = 48
     plc.answer(0x4000, STOPPED, scans=1)
     assert plc.words[0] == 0

@@ -25,7 +25,7 @@ def _bench() -> PlcBench:
     return PlcBench(program=plc_bench.ROOT / "tests/data/library/Sequences.st", engine="builtin")
 
 
-def test_a_right_block_passes() -> None:
+def test_a_correct_block_passes() -> None:
     _servo_on(_bench())
 
 

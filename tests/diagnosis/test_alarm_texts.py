@@ -69,7 +69,7 @@ def _is_told(lines: dict[str, str], row: dict[str, str], suffix: str) -> None:
     assert lines["Name"] == row[f"name{suffix}"]
     for key in ("Cause", "Remedy"):
         text = row[f"{key.lower()}{suffix}"]
-        assert lines[f"{key}1"], "the first line comes first"
+        assert lines[f"{key}1"], "the first line must not be empty"
         assert _joined(lines[f"{key}1"], lines[f"{key}2"]) == text.replace(" ", "")
 
 
@@ -192,7 +192,7 @@ def test_only_dedicated_bits_have_names_and_the_names_are_those_of_the_manual(
 @pytest.mark.parametrize("path", text_files())
 def test_the_generated_files_are_current_and_marked_as_generated(path: str) -> None:
     text = text_files()[path]()
-    assert (ROOT / path).read_bytes() == text.encode(), "run `make docs`"
+    assert (ROOT / path).read_bytes() == text.encode(), "the file is out of date: run `make docs`"
     if path.endswith(".st"):
         assert "by `make docs`" in text.partition("*)")[0]
         assert text.isascii()

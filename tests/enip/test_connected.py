@@ -101,7 +101,8 @@ def test_a_wrong_session_handle_is_refused(connected: Session) -> None:
         # a connection id of 2 instead of 4 bytes
         "00000000 0000 0200 A100 0200 0100 B100 0200 0100",
         "00000000 0000 0200 0000 0000 B200 0800 0E03 2004 2464 3004",  # an unconnected message
-        "00000000 0000 0200 A100 0400 01000100 B100 0900 0100",  # item longer than the frame
+        # an item that is longer than the frame
+        "00000000 0000 0200 A100 0400 01000100 B100 0900 0100",
     ],
 )
 def test_malformed_data_are_refused(connected: Session, data: str) -> None:

@@ -91,7 +91,7 @@ class Target:
             if condition():
                 return
             self.receive()
-        raise AssertionError("not within 10,000 packets")
+        raise AssertionError("the condition did not become true within 10,000 packets")
 
 
 @pytest.fixture
@@ -193,7 +193,7 @@ def test_a_cut_cable_leads_to_a_time_out(target: Target) -> None:
             assert target.ended.get(timeout=0.001) == (1, EndReason.TIMED_OUT)
             break
     else:
-        raise AssertionError("not within 20,000 packets")
+        raise AssertionError("the connection did not time out within 20,000 packets")
     target.socket.setblocking(False)
     last = b""
     with suppress(BlockingIOError):

@@ -16,10 +16,10 @@ LISTEN_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C04 2C64"}
     ("fields", "words"),
     [
         # 0x123, 0x124: connection types that the device does not have
-        ({"o_to_t": "3608"}, "2301"),  # type null, to the adapter
-        ({"o_to_t": "3628"}, "2301"),  # type multicast, to the adapter
+        ({"o_to_t": "3608"}, "2301"),  # connection type null, to the adapter
+        ({"o_to_t": "3628"}, "2301"),  # connection type multicast, to the adapter
         ({"o_to_t": "3668"}, "2301"),  # reserved type, to the adapter
-        ({"t_to_o": "3208"}, "2401"),  # type null, from the adapter
+        ({"t_to_o": "3208"}, "2401"),  # connection type null, from the adapter
         ({"t_to_o": "3268"}, "2401"),  # reserved type, from the adapter
         # 0x132: a null Forward Open (both types null)
         ({"o_to_t": "3608", "t_to_o": "3208"}, "3201"),

@@ -75,7 +75,7 @@ def eventually(adapter: Adapter, condition: Callable[[], bool]) -> None:
             if condition():
                 return
             client.get_attribute(1, 1, 1)
-    raise AssertionError("not within 100,000 requests")
+    raise AssertionError("the condition did not become true within 100,000 requests")
 
 
 def test_both_areas_are_exchanged(adapter: Adapter) -> None:

@@ -102,7 +102,8 @@ def test_an_unknown_command_is_answered_and_the_session_goes_on(
         "00000000 0000 0100 0000 0000",  # no data item
         # interface 1 instead of 0 (CIP)
         "01000000 0000 0200 0000 0000 B200 0800 0E03 2004 2464 3004",
-        "00000000 0000 0200 0000 0000 B200 0900 0E03 2004 2464 3004",  # item longer than the frame
+        # an item that is longer than the frame
+        "00000000 0000 0200 0000 0000 B200 0900 0E03 2004 2464 3004",
         "00000000 0000 0200 0000 0000 B200 0800 0E03 2004 2464 3004 00",  # a byte too many
         "00000000 0000 0300 0000 0000 B200 0800 0E03 2004 2464 3004",  # a missing item
         # a connected message

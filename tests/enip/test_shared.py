@@ -252,7 +252,7 @@ def test_one_process_cuts_the_link_and_the_other_sees_it(
         assert theirs.link is state
 
 
-def test_closing_twice_does_no_harm() -> None:
+def test_shared_images_can_be_closed_twice() -> None:
     images = SharedImages.create(48)
     images.unlink()
     images.close()

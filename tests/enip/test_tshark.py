@@ -87,7 +87,7 @@ class Capture:
                     assert self._process.stderr is not None
                     reason = self._process.stderr.read().strip().splitlines()
                     pytest.skip(f"tshark cannot capture: {' '.join(reason[-2:])}")
-        pytest.fail("tshark does not see the probe")
+        pytest.fail("tshark has not captured the probe datagram")
 
     def stop(self) -> None:
         """Stop tshark, and wait until the file is complete."""

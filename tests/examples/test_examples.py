@@ -52,7 +52,7 @@ def test_an_example_runs_without_a_violation(example: Example) -> None:
 @_each
 def test_the_chart_shows_the_run(example: Example) -> None:
     drawn = (example.folder / "chart.svg").read_text(encoding="utf-8")
-    assert finished(example.name).chart == drawn, "run `make docs`"
+    assert finished(example.name).chart == drawn, "the chart is out of date: run `make docs`"
 
 
 def test_a_run_that_breaks_a_rule_gives_no_chart() -> None:
@@ -98,7 +98,7 @@ def test_the_power_up_goes_through_its_stages_and_reads_servo_and_position_back(
     assert cell["Main.Stage"] == "STAGE_COMPLETE"
     assert cell["Main.Fault"] == 0
     assert cell["Main.Robot.SO.SO02_ServoOn"] is True
-    assert cell["Main.Axis1"] == 120_000, "point 19 of robot.toml"
+    assert cell["Main.Axis1"] == 120_000, "the robot must be at point 19 of robot.toml"
     order = [_first(cell, 32, 0), _first(cell, 32, 6), _first(cell, 32, 1)]
     order += [_first(cell, 33, 5), _first(cell, 33, 2)]
     assert order == sorted(order), "SI00, SI06, SI01, SI15, SI12"

@@ -17,7 +17,7 @@ def test_the_keys_jog_step_teach_and_run_the_program() -> None:
     assert axis1 > 10_000
     assert axis2 == -500, "one step"
     assert cell.robot.points[101].data[:2] == (axis1, -500)
-    assert cell.robot.machine.ports.read(port("SO2()")) == 4, "all lines, including the pause"
+    assert cell.robot.machine.ports.read(port("SO2()")) == 4, "the program must run all lines"
     assert (cell["Main.Panel.MessageID"], cell["Main.Operator.Error"]) == (0, False)
     assert cell["Main.Panel.Position"][:2] == [axis1 / 1000, -0.5]
 

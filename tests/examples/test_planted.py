@@ -71,7 +71,7 @@ def test_the_normal_run_breaks_no_property(fault: Fault | None, tmp_path: Path) 
     with _cell(planted(tmp_path, fault)) as cell:
         while cell.now_us < _RUN_US:
             cell.scan()
-            assert not _broken(cell), f"at {cell.now_us} us"
+            assert not _broken(cell), f"properties are violated at {cell.now_us} us"
             assert cell["Main.Fault"] == 0
         assert not cell.violations
         assert cell["Main.State"] == "CELL_READY"
@@ -89,7 +89,7 @@ def test_at_most_one_robot_is_at_the_pallet(tmp_path: Path) -> None:
         while cell.now_us < _RUN_US:
             cell.scan()
             there = {k for k, one in enumerate(cell.robots) if one.positions[0] > 0}
-            assert len(there) < 2, f"both at {cell.now_us} us"
+            assert len(there) < 2, f"both robots are at the pallet at {cell.now_us} us"
             over |= there
         assert over == {0, 1}
 

@@ -32,7 +32,7 @@ def test_only_the_program_of_the_recipe_is_registered_and_runs() -> None:
         assert ports.read(mark) == 2
         cell.run("1s")
         assert _running(cell) == []
-        assert cell["Main.Ran"] == "BOX_LARGE", "the value that the controller reports"
+        assert cell["Main.Ran"] == "BOX_LARGE", "Ran must be the name from the controller"
         cell.run("1s")
         assert _running(cell) == ["CLEAN"]
         assert ports.read(mark) == 4
@@ -69,7 +69,7 @@ def test_motor_duty_is_read_during_a_movement_and_position_after_it() -> None:
         cell.run("1400ms")
         assert (cell["Main.Duty1"], cell["Main.Torques"][:2]) == (10, [2, 4])
         cell.run("500ms")
-        assert 0 < cell.robot.positions[0] < 150_000, "during the movement"
+        assert 0 < cell.robot.positions[0] < 150_000, "the robot must be moving now"
         assert (cell["Main.Duty1"], cell["Main.Torques"][0]) == (55, 2)
         assert cell["Main.Shown"][0] == 0.0, "a moving command keeps its turn"
         cell.run("600ms")
@@ -154,9 +154,7 @@ def test_si00_is_off_in_the_scan_of_the_emergency_and_stays_off_until_reset() ->
         cell["Main.CellSafe"] = True
         cell["Main.Start"] = cell["Main.GoOn"] = True
         cell.run("300ms")
-        assert not cell["Main.Robot.SI.SI00_EmergencyStop"], (
-            "closing the circuit alone releases nothing"
-        )
+        assert not cell["Main.Robot.SI.SI00_EmergencyStop"], "SI(00) must stay OFF until Reset"
         assert cell["Main.Stage"] == "SAFE_STOPPED"
 
 

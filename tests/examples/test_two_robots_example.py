@@ -132,12 +132,12 @@ def test_an_emergency_stop_of_one_controller_does_not_stop_the_other() -> None:
         cell.inject("emergency_stop", controller=2)
         cell.run("100ms")
         assert cell["Main.Carry2.Cycle.State"] == "WORK_FAULT", (
-            "the robot was on its way to the tray"
+            "robot 2 must be in the state of a fault"
         )
         assert not cell["Main.Robot1.SO.SO00_EmergencyStop"]
         assert cell["Main.Carry2.Lock.Kept"] is True
         cell.run("2s")
-        assert cell["Main.Carry1.Lock.Busy"], "the other robot may be in the way"
+        assert cell["Main.Carry1.Lock.Busy"], "robot 1 must wait for the area"
         cell["Main.CellSafe"] = False
         cell.run("100ms")
         emergency = [cell[f"Main.Robot{k}.SO.SO00_EmergencyStop"] for k in (1, 2)]
@@ -180,7 +180,7 @@ def test_a_robot_moved_by_hand_keeps_the_area_until_it_is_at_its_place(
         cell.run("20s")
         after = cell[f"Main.{first}.Cycle.Count"], cell[f"Main.{second}.Cycle.Count"]
         assert all(now > then for now, then in zip(after, before, strict=True)), (
-            "both robots continue"
+            "both robots must continue"
         )
 
 

@@ -196,7 +196,7 @@ def test_scl_has_initial_values_in_declarations_or_in_the_first_call(mine: Path)
         "  #Rows[4] := -3;",
     ):
         assert f"{line}\n" in text, line
-    assert "#All.Pair.Top" not in text, "the data type has the value"
+    assert "#All.Pair.Top" not in text, "the value belongs to the data type"
     assert "      x : DINT;\n" in text, "an input of a function has no initial value"
     assert 'FC_Mine"(x := 1, y := 127)' in text
 

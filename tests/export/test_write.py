@@ -219,7 +219,7 @@ def test_unneeded_objects_of_an_earlier_export_are_removed(plc: Path, capsys: Ca
         "kept: out/RCX3/core/FC_RcxOutside.TcPOU (from the earlier export, changed since then)"
         in said
     )
-    assert not (plc / "out/RCX3/points").exists(), "no empty folders"
+    assert not (plc / "out/RCX3/points").exists(), "empty folders must be removed"
 
 
 def test_a_changed_file_of_an_export_is_kept(plc: Path, capsys: Captured) -> None:
