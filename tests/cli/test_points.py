@@ -326,7 +326,7 @@ def test_hands_of_other_robots_are_backed_up_on_request(robot: Robot, tmp_path: 
         (["compare", "--kind", "hands"], "points.toml"),
     ],
 )
-def test_bad_input_is_one_line(
+def test_bad_input_is_reported_in_one_line(
     arguments: list[str],
     message: str,
     capsys: Captured,

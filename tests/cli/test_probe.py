@@ -146,7 +146,7 @@ def test_a_refuted_rule_is_exit_code_1(
         (["h"], "each step must be confirmed at a terminal, and there is none; use --yes-reading"),
     ],
 )
-def test_bad_input_is_one_line(
+def test_bad_input_is_reported_in_one_line(
     arguments: list[str], message: str, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys, "stdin", _Terminal(somebody=False))
