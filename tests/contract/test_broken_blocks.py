@@ -1,4 +1,4 @@
-"""The contract runs detect faults: each copy of the library has a fault that a run must report."""
+"""The contract runs report each fault that was put into a copy of the library."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ _HEAD, _JOG = "core/FB_RcxMakeHead.st", "command/movement/FB_Jog.st"
 _IDLE = "  IF NOT (Execute OR Busy OR Done OR Error) THEN\n"
 
 
-def _told(lib: Path, block: str) -> Iterator[str]:
-    """Return the message of each failing case."""
+def _messages(lib: Path, block: str) -> Iterator[str]:
+    """Run all cases of a block, and yield the message of each failing case."""
     bench = ContractBench(block, sorted(lib.rglob("*.st")))
     for case in cases(block):
         try:
@@ -211,10 +211,10 @@ def _told(lib: Path, block: str) -> Iterator[str]:
 def test_a_broken_block_is_found(
     block: str, file: str, right: str, wrong: str, expected: str
 ) -> None:
-    told = set()
+    reported = set()
     with broken_library(file, right, wrong) as lib:
-        for text in _told(lib, block):
-            told.add(text)
+        for text in _messages(lib, block):
+            reported.add(text)
             if expected in text:
                 return
-    pytest.fail(f"not told: {expected}; told: {sorted(told)}")
+    pytest.fail(f"the fault was not reported: {expected}; reported: {sorted(reported)}")

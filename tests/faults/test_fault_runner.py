@@ -1,4 +1,4 @@
-"""The fault runs detect faults: each broken copy of the library must lead to a report."""
+"""The fault runs report each defect that was put into a copy of the library."""
 
 from __future__ import annotations
 
