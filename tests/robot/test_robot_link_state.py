@@ -171,9 +171,9 @@ def test_auto_mode_comes_its_time_after_the_last_change() -> None:
 
 
 def test_a_power_cycle_forgets_that_the_connection_was_lost() -> None:
-    """A power cycle without a connection counts as "never connected": Network Status is green.
+    """After a power cycle without a connection, the controller counts as never connected.
 
-    The alarm is 12.551.
+    The Network Status LED is green, and the alarm is 12.551.
 
     Rule: leds, link-error-at-power-on.
     Source: manual chapter 1, 3 and 5.3

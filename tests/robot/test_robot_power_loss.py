@@ -1,4 +1,4 @@
-"""Motor power, main power and power cycles end some things, and others stay."""
+"""Effects of motor power, main power and power cycles on programs, movements, data and outputs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ POINT_1 = (0x0100, 0, 1, 0, 0x86A0, 0x0001)
 
 
 def _states(master: Master) -> tuple[int, ...]:
-    """Return the servo status reference of axes 1 to 4."""
+    """Return the servo states of axes 1 to 4, as the servo status command reads them."""
     return master.execute(0x1503)[2:6]
 
 
@@ -116,7 +116,7 @@ def test_motor_power_off_and_power_off_lock_every_brake(knob: bool) -> None:
 
 
 def _pattern(master: Master, kind: int, port: int) -> int:
-    """Return the I/O port reference (guide, 4.5.1).
+    """Return the value of an I/O port, as the port command reads it (guide, 4.5.1).
 
     The kinds are DI 0, DO 1, MO 2, LO 3, TO 4 and SO 6.
     """
@@ -125,7 +125,9 @@ def _pattern(master: Master, kind: int, port: int) -> int:
 
 @pytest.mark.parametrize(("clears", "kept"), [(True, 0x00), (False, 0x01)])
 def test_outputs_at_power_on(clears: bool, kept: int) -> None:
-    """DO and SO are always OFF. The knob sets the state of MO, LO and TO.
+    """DO and SO are always OFF after power-on.
+
+    A key decides whether MO, LO and TO keep their states.
 
     Rule: internal-outputs, outputs-kept.
     """
@@ -162,7 +164,10 @@ def test_static_variables_at_power_on(
 
 
 def test_inputs_of_the_parallel_board_stay_through_a_power_cycle() -> None:
-    """The inputs belong to the surroundings, like switches and stops. Rule: power-on-state."""
+    """A power cycle does not change them, because external devices set these inputs.
+
+    Rule: power-on-state.
+    """
     master = powered_up(parallel_io="valid")
     master.robot.inject("parallel_input", port=20, on=1)
     master.robot.inject("parallel_stop")
@@ -187,7 +192,7 @@ def test_inputs_of_the_parallel_board_stay_through_a_power_cycle() -> None:
 
 
 def test_a_power_cycle_ends_alarms_and_warning_and_keeps_the_history() -> None:
-    """Messages are read as before. Programs are at their first line, and their variables are 0.
+    """The alarm history stays. Programs are at their first line, and their variables are 0.
 
     Rule: power-cycle.
     """
@@ -210,7 +215,9 @@ def test_a_power_cycle_ends_alarms_and_warning_and_keeps_the_history() -> None:
 
 @pytest.mark.parametrize(("knob", "warning"), [(False, True), (True, False)])
 @pytest.mark.parametrize("by_command", [False, True])
-def test_an_alarm_reset_and_a_warning(knob: bool, warning: bool, by_command: bool) -> None:
+def test_a_key_decides_whether_an_alarm_reset_clears_a_warning(
+    knob: bool, warning: bool, by_command: bool
+) -> None:
     """Rule: warning-reset."""
     master = powered_up(reset_clears_warning=knob)
     master.robot.inject("warning")
@@ -222,7 +229,9 @@ def test_an_alarm_reset_and_a_warning(knob: bool, warning: bool, by_command: boo
 
 
 @pytest.mark.parametrize(("alarms", "ok"), [((), True), (("12.900",), False)])
-def test_cpu_ok_with_a_serious_alarm(alarms: tuple[str, ...], ok: bool) -> None:
+def test_only_alarms_of_cpu_fault_alarms_switch_cpu_ok_off(
+    alarms: tuple[str, ...], ok: bool
+) -> None:
     """Rule: cpu-ok."""
     master = powered_up(cpu_fault_alarms=alarms)
     master.robot.inject("alarm")

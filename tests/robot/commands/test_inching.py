@@ -40,7 +40,7 @@ def _incher(amount: int, **config: Any) -> Master:
 def test_an_amount_of_100_is_100_pulses_or_0_1_mm(
     code: int, pulses: int, place: int, direction: int, sign: int
 ) -> None:
-    """Without a position output, m+2 to m+30 are 0.
+    """The movement is 100 pulses or 0.1 mm. Without a position output, m+2 to m+30 are 0.
 
     Rule: inching, jog-frames.
     Source: remote command guide 4.2.7, tt and d
@@ -66,7 +66,7 @@ def test_the_smallest_and_the_largest_amount(code: int, amount: int) -> None:
 def test_inching_is_done_with_the_manual_movement_speed(code: int) -> None:
     """10 000 pulses at 1 % (10 000/s) take 2 ms up, 998 ms at full speed and 2 ms down.
 
-    These are 201 cycles, and the cycle that accepts the command.
+    These are 201 cycles. One more cycle accepts the command.
 
     Rule: inching-speed.
     """
@@ -80,7 +80,9 @@ def test_inching_is_done_with_the_manual_movement_speed(code: int) -> None:
 @pytest.mark.parametrize("code", FRAMES)
 @pytest.mark.parametrize(("direction", "start"), [(0, 499_901), (MINUS, -599_901)])
 def test_inching_beyond_a_soft_limit_does_not_start(code: int, direction: int, start: int) -> None:
-    """One pulse beyond the limit ends in 2.334; a movement exactly to it is legal.
+    """A movement one pulse beyond the limit ends in alarm 2.334.
+
+    A movement exactly to the limit is legal.
 
     Rule: soft-limit.
     """
@@ -103,7 +105,8 @@ def test_inching_that_the_stop_input_stops_shows_no_position(code: int) -> None:
     master.run(500)
     master.turn_and_wait("SI06", False, 5)
     assert master.words == abnormal_end("12.400")
-    assert master.robot.positions[0] == 4_990  # 10 in the first 2 ms, then 10 pulses/ms for 498 ms
+    # 10 pulses in the first 2 ms, then 10 pulses/ms for 498 ms
+    assert master.robot.positions[0] == 4_990
 
 
 @pytest.mark.parametrize(("code", "expected"), [(CARTESIAN, [71, 71]), (TOOL, [0, 100])])

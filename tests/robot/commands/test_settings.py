@@ -49,7 +49,7 @@ def test_each_robot_has_its_own_settings() -> None:
     assert _values(master) == before
 
 
-def test_before_they_are_set_the_robot_file_gives_speeds_and_amount_and_all_else_is_0() -> None:
+def test_the_robot_file_presets_speeds_and_amount_and_all_other_settings_are_0() -> None:
     """Arm 0 is right-handed. Rule: first-settings."""
     master = powered_up(manual_speed=3, auto_speed=4, program_speed=5, inching_amount=6)
     for robot in (1, 2, 3, 4):
@@ -57,7 +57,7 @@ def test_before_they_are_set_the_robot_file_gives_speeds_and_amount_and_all_else
 
 
 @pytest.mark.parametrize("loses", [False, True])
-def test_settings_after_a_power_cycle(loses: bool) -> None:
+def test_a_key_decides_whether_settings_survive_a_power_cycle(loses: bool) -> None:
     """Rule: settings-power."""
     master = powered_up(power_loses_settings=loses)
     before = _values(master)

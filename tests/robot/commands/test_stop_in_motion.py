@@ -136,7 +136,7 @@ def test_an_arc_is_stopped_on_the_arc(where: int) -> None:
 
 
 def _interrupted(master: Master, name: str) -> None:
-    """Return a master after a stop at 200 ms in a movement; it is ready for a command."""
+    """Return a master whose movement was stopped after 200 ms, and which is ready for a command."""
     master.send(*MOVEMENTS[name])
     master.run(200)
     master.turn_and_wait("SI06", False)
@@ -161,7 +161,9 @@ ENDS_THE_MEMORY: dict[str, Callable[[Master], object]] = {
 @pytest.mark.parametrize("name", ["MOVEI", "DRIVEI"])
 @pytest.mark.parametrize("what", ENDS_THE_MEMORY)
 def test_the_same_command_starts_from_where_the_robot_is_after(what: str, name: str) -> None:
-    """The interrupted movement has no effect on it. The return-to-origin ends at 0 pulses.
+    """The interrupted movement does not affect the next command.
+
+    The return-to-origin ends at 0 pulses.
 
     Rule: relative-kept.
     Source: remote command guide 4.2.2, note

@@ -15,7 +15,7 @@ from robot_programs import POINTS, calculated, running
     [
         ("1+2*3", 7),
         ("(1+2)*3", 9),
-        ("2^3^2", 512),  # evaluated from the right
+        ("2^3^2", 512),  # operators are evaluated from right to left
         ("-2^2", -4),
         ("7 MOD 3", 1),
         ("-7 MOD 3", -1),
@@ -69,7 +69,7 @@ def test_an_expression(expression: str, value: float) -> None:
 @pytest.mark.parametrize(
     ("name", "value", "expected"),
     [
-        ("A%", "2.5", 3),  # rounded, with a half away from 0 (guide 4.4.1)
+        ("A%", "2.5", 3),  # rounded, .5 away from 0 (guide 4.4.1)
         ("A%", "-2.5", -3),
         ("A!", "0.1", 0.1),
         ("A", "0.5", 0.5),  # a real number without a type character
@@ -78,7 +78,7 @@ def test_an_expression(expression: str, value: float) -> None:
     ],
 )
 def test_a_variable_converts_its_value(name: str, value: str, expected: float) -> None:
-    """An assigned value is converted as by the variable commands.
+    """A value is converted to the type of the variable, as by the remote commands for variables.
 
     Rule: robot-language.
     Source: manual, remote command guide 4.4.1 (types of variables)
@@ -141,7 +141,7 @@ def test_a_point_is_assigned(text: str, point: Point) -> None:
 
 
 def test_shifts_hands_and_pallets_are_assigned() -> None:
-    """The stored data are those of the remote commands, in units of 0.001 mm.
+    """The statements store the same data as the remote commands, in units of 0.001 mm.
 
     Rule: robot-language.
     Source: manual, remote command guide 4.3.3 to 4.3.5
@@ -181,5 +181,5 @@ def test_tcounter_counts_from_its_reset(unit: int, counted: int) -> None:
     assert counted <= variables.value(0) <= counted + 5
 
 
-def test_every_function_has_its_types() -> None:
+def test_every_function_declares_the_types_of_its_arguments() -> None:
     assert set(SIGNATURES) == set(FUNCTIONS)
