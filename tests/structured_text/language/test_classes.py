@@ -1,4 +1,4 @@
-"""CLASS, access specifiers, members after their block, and the start of derived blocks."""
+"""Tests of CLASS, access specifiers, members after their block, and the start of derived blocks."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_a_class_has_methods_and_no_body(build: Build) -> None:
 
 
 def test_a_class_or_method_may_be_called_like_a_step(build: Build) -> None:
-    """Words of Sequential Function Chart may be names after CLASS and METHOD."""
+    """Keywords of Sequential Function Chart, such as STEP, may be names of classes and methods."""
     text = (
         "CLASS PUBLIC Transition\nMETHOD PUBLIC Step : INT\nStep := 3;\nEND_METHOD\nEND_CLASS\n"
         "PROGRAM P1\nVAR t : Transition; x : INT; END_VAR\nx := t.Step();\nEND_PROGRAM\n"
@@ -125,9 +125,9 @@ END_METHOD
 
 
 def test_members_stand_behind_their_block(build: Build) -> None:
-    """Text exports of several tools write a METHOD after END_FUNCTION_BLOCK.
+    """A METHOD after END_FUNCTION_BLOCK belongs to this block.
 
-    The values are by hand.
+    Text exports of several tools have this form.
     """
     text = (
         f"{_MEMBERS}PROGRAM P1\nVAR b : Box; o : Other; i : IBox; x, y, z : INT; q : BOOL;"
@@ -139,7 +139,10 @@ def test_members_stand_behind_their_block(build: Build) -> None:
 
 
 def test_a_private_set_is_called_inside_only(mistakes_of: Mistakes) -> None:
-    """Source: help of TwinCAT, property: accessors have access words of their own."""
+    """A PRIVATE accessor SET can be called only inside of its block.
+
+    Source: help of TwinCAT, property.
+    """
     (error,) = mistakes_of(
         f"{_MEMBERS}PROGRAM P1\nVAR b : Box; x : INT; END_VAR\nx := b.Half;\nb.Half := 3;\n"
         "END_PROGRAM\n"
@@ -221,7 +224,10 @@ def test_a_start_must_begin_with_the_parameters_of_the_base(mistakes_of: Mistake
 
 
 def test_a_missing_base_is_one_message(mistakes_of: Mistakes) -> None:
-    """`Drive EXTENDS Library.Drive` extends a block in another library, not itself."""
+    """A missing base block gives one message.
+
+    `Drive EXTENDS Library.Drive` does not extend itself.
+    """
     found = mistakes_of(
         "FUNCTION_BLOCK Drive EXTENDS Library.Drive\nVAR x : INT; END_VAR\n"
         "METHOD Go\ninherited := 1; x := Calculate(3); THIS^.speed := 4; Stop(); SUPER^.Go();\n"

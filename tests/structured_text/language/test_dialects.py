@@ -36,7 +36,10 @@ def speak(files_of: Callable[..., list[Path]]) -> Build:
 
 
 def test_each_tool_has_one_row_of_each_rule_with_its_meaning_and_source() -> None:
-    """Source: language/dialects.toml."""
+    """For each rule, the table has one row for each tool.
+
+    Source: language/dialects.toml.
+    """
     rules = {row.rule for row in rows()}
     found = sorted((row.rule, tool) for row in rows() for tool in row.tools)
     assert found == sorted((rule, tool) for rule in rules for tool in dialects())
@@ -79,7 +82,10 @@ def test_time_is_a_number_of_milliseconds(speak: Build, dialect: str) -> None:
 
 @pytest.mark.parametrize("dialect", _AS_MATIEC)
 def test_time_is_a_number_of_seconds_as_in_matiec(speak: Build, dialect: str) -> None:
-    """Source: matiec, iec_std_functions.h: __time_to_int is tv_sec."""
+    """Conversions between TIME and numbers count seconds in matiec's dialects.
+
+    Source: matiec, iec_std_functions.h: __time_to_int is tv_sec.
+    """
     program = speak(dialect, _TIMES)
     program.scan(0)
     read = _milliseconds(program)
@@ -213,7 +219,10 @@ END_PROGRAM
 def test_and_or_evaluate_both_operands_where_the_tool_does(
     speak: Build, dialect: str, calls: int
 ) -> None:
-    """Source: CODESYS help and Infosys, AND_THEN: all operands are always evaluated with AND."""
+    """In the dialects of CODESYS and TwinCAT, AND and OR always evaluate both operands.
+
+    Source: CODESYS help and Infosys, AND_THEN.
+    """
     program = speak(dialect, _CALLS)
     program.scan(0)
     assert program.read("Calls") == calls
@@ -262,7 +271,7 @@ END_PROGRAM
 
 @pytest.mark.parametrize("dialect", ["codesys", "twincat", "logix"])
 def test_short_integers_are_calculated_as_dint(speak: Build, dialect: str) -> None:
-    """Examples 1 to 4 are from CODESYS, the last one is from SA0066.
+    """In CODESYS, SINT and INT are calculated as DINT. The last example is from SA0066.
 
     Source: CODESYS help, operators, overflow in the data type; Static Analysis SA0066.
     """
@@ -358,7 +367,10 @@ END_PROGRAM
 
 @pytest.mark.parametrize("dialect", ["tia", "ax", "logix"])
 def test_a_real_divided_by_zero_is_infinite(speak: Build, dialect: str) -> None:
-    """Source: S7, 1.0 / 0.0 is 16#7F800000; Rockwell 1756-RM003, DIV: a minor fault only."""
+    """In S7 and Logix dialects a division by 0.0 gives an infinite value.
+
+    Source: S7, 1.0 / 0.0 is 16#7F800000; Rockwell 1756-RM003, DIV: a minor fault only.
+    """
     program = speak(dialect, _REALS)
     program.scan(0)
     assert program.read("Main.N") == program.read("Main.L") == float("inf")
@@ -378,8 +390,11 @@ def test_a_real_divided_by_zero_ends_the_run_with_the_line(speak: Build, dialect
 _ROOT = "PROGRAM Main VAR X, R : REAL := -4.0; END_VAR\nR := SQRT(X);\nEND_PROGRAM"
 
 
-def test_the_root_of_a_negative_number(speak: Build) -> None:
-    """Source: Rockwell, SQRT: the absolute value is taken; S7: not a number; Infosys: a stop."""
+def test_the_root_of_a_negative_number_depends_on_the_dialect(speak: Build) -> None:
+    """SQRT(-4.0) is 2.0 in Logix, not a number in S7, and an error in TwinCAT.
+
+    Source: Rockwell, SQRT: the absolute value is taken; S7: not a number; Infosys: a stop.
+    """
     found: dict[str, Any] = {}
     for dialect in ("tia", "logix"):
         program = speak(dialect, _ROOT)
@@ -465,7 +480,10 @@ _ADDED = (
 def test_the_format_of_a_project_says_its_dialect(
     tmp_path: Path, name: str, text: str, dialect: str
 ) -> None:
-    """Source: docs/how-to/projects.md."""
+    """The file format of a project selects the dialect, unless the user gives one.
+
+    Source: docs/how-to/projects.md.
+    """
     file = tmp_path / name
     file.write_text(text, encoding="utf-8")
     assert source_files(file, None).dialect == dialect
@@ -476,7 +494,10 @@ def test_the_format_of_a_project_says_its_dialect(
 
 
 def test_files_of_simatic_ax_are_known_by_their_apax_yml(tmp_path: Path) -> None:
-    """Source: docs/how-to/projects.md."""
+    """ST files in a folder with apax.yml have the dialect of SIMATIC AX.
+
+    Source: docs/how-to/projects.md.
+    """
     (tmp_path / "src").mkdir()
     file = tmp_path / "src/main.st"
     file.write_text("PROGRAM Main VAR A : INT; END_VAR A := 1; END_PROGRAM", encoding="utf-8")
@@ -486,7 +507,10 @@ def test_files_of_simatic_ax_are_known_by_their_apax_yml(tmp_path: Path) -> None
 
 
 def test_files_of_two_tools_need_the_users_choice(tmp_path: Path) -> None:
-    """Source: docs/how-to/projects.md."""
+    """Files of two tools are refused until the user chooses a dialect.
+
+    Source: docs/how-to/projects.md.
+    """
     files = [tmp_path / "a.TcPOU", tmp_path / "b.scl"]
     files[0].write_text(_POU, encoding="utf-8")
     files[1].write_text(_SCL, encoding="utf-8")
@@ -497,14 +521,17 @@ def test_files_of_two_tools_need_the_users_choice(tmp_path: Path) -> None:
 
 
 def test_an_unknown_dialect_is_refused_with_the_nearest_name() -> None:
-    """Source: language/dialects.py."""
+    """The error for an unknown dialect proposes the nearest name.
+
+    Source: language/dialects.py.
+    """
     with pytest.raises(InputError, match="there is no dialect 'codsys'") as caught:
         rules_of("codsys")
     assert "codesys" in caught.value.hint
 
 
 def test_two_dialects_of_one_file_are_two_programs(files_of: Callable[..., list[Path]]) -> None:
-    """The caches do not mix the two programs.
+    """One file in two dialects gives two different programs, which the caches do not mix up.
 
     Source: language/cache.py.
     """
@@ -522,7 +549,10 @@ def test_two_dialects_of_one_file_are_two_programs(files_of: Callable[..., list[
 def test_auto_does_not_take_matiec_for_another_dialect_and_says_why(
     files_of: Callable[..., list[Path]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: docs/reference/language.md, dialects."""
+    """Engine auto does not use matiec for the dialect of another tool.
+
+    Source: docs/reference/language.md, dialects.
+    """
     monkeypatch.setattr("structured_text.engines.load.find_matiec", lambda: "an installation")
     plain = files_of("PROGRAM Main VAR A : INT; END_VAR A := 1; END_PROGRAM")
     built = build_on([in_dialect(file, "twincat") for file in plain])

@@ -98,7 +98,10 @@ def test_a_pointer_of_another_type_leads_to_the_same_variable(
 def test_an_access_that_is_not_modelled_ends_the_run_with_its_line(
     body: str, message: str, build: Build
 ) -> None:
-    """Source: docs/reference/language.md."""
+    """An access to memory that is not simulated ends the run with its line.
+
+    Source: docs/reference/language.md.
+    """
     with pytest.raises(InputError, match=message) as found:
         _run(build, body)
     assert found.value.line == f"{_TYPES}PROGRAM Main{_VARIABLES}".count("\n") + 1

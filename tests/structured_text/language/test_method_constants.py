@@ -58,7 +58,7 @@ def test_constants_of_a_method_and_of_its_block_are_bounds(
 ) -> None:
     """Source: help of CODESYS, SIZEOF and constants.
 
-    S has 4 + 4 + 6 bytes, and 2 more so that its DINT lie at multiples of 4.
+    The size of S is 16: 4 + 4 + 6 bytes, and 2 bytes so that each DINT is at a multiple of 4.
     """
     program = build(
         f"{_BLOCK}PROGRAM P1\nVAR a : A; o : ARRAY [1..11] OF UDINT; n : UDINT; END_VAR\n"

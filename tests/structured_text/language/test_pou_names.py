@@ -57,8 +57,12 @@ def test_the_name_of_a_pou_is_qualified_with_its_block(build: Build) -> None:
     ]
 
 
-def test_a_list_of_globals_and_a_structure_have_their_own_names(build: Build) -> None:
-    """Source: help of CODESYS, "Operator __POUNAME": in a GVL, its name; in a structure, its."""
+def test_pouname_in_a_list_of_globals_and_in_a_structure_gives_its_own_name(build: Build) -> None:
+    """In a list of globals, __POUNAME() gives the name of the list.
+
+    In a structure it gives the name of the structure. Source: help of CODESYS, "Operator
+    __POUNAME".
+    """
     program = build(
         "VAR_GLOBAL G : STRING := __POUNAME(); END_VAR\n"
         "TYPE ST1 : STRUCT N : STRING := __POUNAME(); END_STRUCT; END_TYPE\n"
@@ -94,7 +98,10 @@ def test_a_position_names_the_line_and_in_statements_the_column(build: Build) ->
 def test_sizes_of_blocks_are_those_of_structures_with_a_pointer_before_them(
     argument: str, size: int, build: Build
 ) -> None:
-    """Source: help of CODESYS, "XSIZEOF"; the layout of blocks is assumed, as each tool differs."""
+    """A block has the size of a structure that begins with a pointer.
+
+    Each tool differs, so this layout is assumed. Source: help of CODESYS, "XSIZEOF".
+    """
     program = build(
         "FUNCTION_BLOCK FB1 VAR_INPUT A : BYTE; C : DINT; E : BOOL; END_VAR ; END_FUNCTION_BLOCK\n"
         "FUNCTION_BLOCK FB2 EXTENDS FB1 VAR F : DINT; END_VAR ; END_FUNCTION_BLOCK\n"
@@ -149,7 +156,7 @@ def test_a_structure_of_another_type_is_no_initial_value(
 
 
 def test_a_final_method_of_an_interface_is_implemented(build: Build) -> None:
-    """A FINAL method of an interface has an implementation, which cannot be overridden."""
+    """A FINAL method of an interface has an implementation. A block cannot override it."""
     program = build(
         "INTERFACE I1 METHOD FINAL M : INT END_METHOD END_INTERFACE\n"
         "FUNCTION_BLOCK FB1 IMPLEMENTS I1 METHOD FINAL M : INT M := 6; END_METHOD"
