@@ -50,14 +50,14 @@ def test_a_key_sets_the_format_alarm() -> None:
     assert master.execute(0x0501, 1)[:3] == (0x4000, 4, 99)
 
 
-def test_move_only_the_designated_axes() -> None:
+def test_move_moves_only_the_designated_axes() -> None:
     """Source: remote command guide 4.2.1, a and tt."""
     master = _mover()
     assert master.execute(0x0001, 0x0001, 0x0002, 0, 19)[0] == 0x0200
     assert master.robot.positions == [0, 200000, 0, 0]
 
 
-def test_move_to_a_point_in_millimetres() -> None:
+def test_move_reaches_a_point_in_millimetres() -> None:
     """10.000 mm at 2000 pulses/mm are 20000 pulses. The answer is in millimetres.
 
     Rule: millimetres.
@@ -148,7 +148,9 @@ def test_a_movement_does_not_start_in_a_stop_or_with_the_servos_off(
     ("config", "alarm"), [({"undefined_point_alarm": "6.5"}, "6.5"), ({}, "6.204")]
 )
 @pytest.mark.parametrize("code", [0x001, 0x009, 0x00A, 0x010, 0x014, 0x044, 0x045, 0x04B, 0x101])
-def test_a_point_that_is_not_defined(code: int, config: dict[str, Any], alarm: str) -> None:
+def test_a_movement_to_a_point_that_is_not_defined_is_refused(
+    code: int, config: dict[str, Any], alarm: str
+) -> None:
     """MOVE, MOVEI, DRIVE, DRIVEI, MOVET, PUSH and the point reference refuse an undefined point.
 
     Rule: other-alarms.

@@ -31,13 +31,16 @@ def _lose(master: Master, ms: float = 100) -> None:
         (VERSION, {"command_accept_delay": 500}, 0x0000, READY),  # not begun
     ],
 )
-def test_the_status_after_a_loss_of_the_connection(
+def test_the_status_after_a_loss_depends_on_the_state_of_the_command(
     words: tuple[int, ...],
     config: dict[str, Any],
     status: int,
     after: tuple[int, ...] | None,
 ) -> None:
-    """Rule: link-command, continuous."""
+    """A loss ends a running command. An end status stays until it is reset.
+
+    Rule: link-command, continuous.
+    """
     master = powered_up(**config)
     master.send(*words)
     master.run(100)
@@ -88,7 +91,9 @@ def test_a_status_that_is_being_reset_is_ready_after_the_loss() -> None:
 
 @pytest.mark.parametrize(("taken", "count"), [(True, 1), (False, 0)])
 @pytest.mark.parametrize("power", [False, True])
-def test_a_code_in_the_first_image_of_a_connection(taken: bool, count: int, power: bool) -> None:
+def test_a_key_decides_whether_a_code_in_the_first_image_is_executed(
+    taken: bool, count: int, power: bool
+) -> None:
     """A key decides whether a code in the first image, after a loss or power-on, is a command.
 
     The next code is a command with either setting.

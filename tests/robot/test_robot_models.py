@@ -134,7 +134,7 @@ def test_tables_of_axes_change_those_of_the_model_in_their_order(tmp_path: Path)
     assert config.axes[3] == plain[3]
 
 
-def test_a_second_robot_and_axes_beside_the_models(tmp_path: Path) -> None:
+def test_a_robot_file_adds_axes_and_robots_to_the_models(tmp_path: Path) -> None:
     """Robot 2 is the Cartesian robot.
 
     Axis 5 of robot 1, and robot 3, are defined by their tables.
@@ -197,7 +197,7 @@ def _even(**limits: Any) -> AxisLimits:
     return AxisLimits(**{**even, **limits})
 
 
-def test_on_a_straight_way_the_schedule_is_a_profile() -> None:
+def test_on_a_straight_path_the_schedule_is_a_profile() -> None:
     """The way is 100, with half of 40/s^2 up and half of 20/s^2 down, below the highest speed.
 
     The peak follows from v^2 / 40 + v^2 / 20 = 100: v = 36.51. The steps of 25 round it a little.
@@ -218,8 +218,8 @@ def test_a_schedule_is_slow_only_where_an_axis_would_be_fast() -> None:
     assert schedule.seconds * 1000 - when[1] > 2000
 
 
-def test_a_schedule_is_slow_where_the_way_of_an_axis_bends() -> None:
-    """In the middle of the path the axis stops: its rate changes by 1 in 25 steps, 0.04 in each.
+def test_a_schedule_is_slow_where_an_axis_changes_its_rate() -> None:
+    """In the middle of the path an axis stops: its rate changes by 0.04 per unit of path.
 
     Half of 20/s^2 allows v^2 * 0.04 = 10 there, so v = 15.81.
     """

@@ -32,17 +32,17 @@ def _seconds(data: tuple[int, ...], **config: Any) -> float:
 @pytest.mark.parametrize(
     ("data", "config", "seconds"),
     [
-        # 0.1 s up, 0.1 s at 500 000, 0.1 s down
+        # 0.1 s acceleration, 0.1 s at 500 000 pulses/s, 0.1 s deceleration
         pytest.param((0x0004, 0, 50, 19), {}, 0.300, id="50 %"),
-        # no constant phase: 2 * sqrt(100 000 / 5 000 000) = 0.2828 s
+        # no phase of constant speed: 2 * sqrt(100 000 / 5 000 000) = 0.2828 s
         pytest.param((0x0004, 0, 100, 19), {}, 0.285, id="100 %, triangle"),
-        # 0.02 s up, 0.98 s at 100 000, 0.02 s down
+        # 0.02 s acceleration, 0.98 s at 100 000 pulses/s, 0.02 s deceleration
         pytest.param((0x0002, 0, 1000, 19), {}, 1.020, id="direct 10.00 %"),
-        # 50 % of 20 % automatic speed
+        # the speed is 50 % of the automatic speed of 20 %
         pytest.param((0x0004, 0, 50, 19), {"auto_speed": 20}, 1.020, id="automatic speed 20 %"),
         pytest.param((0x0002, 0, 5000, 19), {"auto_speed": 20}, 0.300, id="direct is direct"),
         pytest.param((0, 0, 0, 19), {"program_speed": 50}, 0.300, id="program speed 50 %"),
-        # 0.2 s up and 0.1 s down leave 25 000 at 500 000: 0.05 s
+        # 0.2 s acceleration and 0.1 s deceleration leave 25 000 pulses at 500 000 pulses/s: 0.05 s
         pytest.param((0x0024, 0, 50, 19, 0, 0, 0, 0, 0, 50), {}, 0.350, id="acceleration 50 %"),
         pytest.param((0x0044, 0, 50, 19, 0, 0, 0, 0, 0, 0, 50), {}, 0.350, id="deceleration 50 %"),
         pytest.param((0x0004, 0, 50, 19), {"parameters": {"ACCEL": 50}}, 0.350, id="ACCEL 50 %"),

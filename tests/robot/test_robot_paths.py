@@ -28,7 +28,7 @@ def test_a_profile_accelerates_moves_and_brakes() -> None:
     assert profile.share(9) == 1
 
 
-def test_a_way_that_is_too_short_for_the_speed_has_no_even_part() -> None:
+def test_a_short_distance_has_no_phase_of_constant_speed() -> None:
     """For a distance of 100 with 200/s^2 up and down, half of the distance takes 0.7071 s.
 
     Rule: profile.
@@ -145,7 +145,7 @@ def test_the_arch_axis_goes_first_and_comes_down_last() -> None:
         pytest.param(0, 0, 0.0, 2.0, id="no distances: it leaves the arch position at once"),
     ],
 )
-def test_arch_distances_that_are_longer_than_the_ways(
+def test_arch_distances_may_be_longer_than_rise_and_descent(
     distance1: int, distance2: int, others_start: float, arch_leaves: float
 ) -> None:
     """Distance 2 never makes the arch axis leave before it has reached the arch position.
@@ -235,7 +235,7 @@ def test_pulses_come_back_from_millimetres(axes: int, on_r: bool) -> None:
     assert frame.to_pulses(frame.to_mm(pulses)) == pytest.approx(pulses)
 
 
-def test_a_way_in_tool_coordinates_turns_with_a_hand_on_the_r_axis() -> None:
+def test_a_distance_in_tool_coordinates_turns_with_a_hand_on_the_r_axis() -> None:
     """In the shifted coordinates R is 30 degrees, so (10, 0) mm of the tool is (8.660, 5) mm.
 
     Rule: coordinates.

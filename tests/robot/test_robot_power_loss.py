@@ -68,7 +68,7 @@ def test_a_movement_ends_with_the_main_power(programs: bool) -> None:
 
 @pytest.mark.parametrize(("alarm", "expected"), [("", []), ("17.1", ["17.1"])])
 def test_the_loss_of_main_power_may_be_an_alarm(alarm: str, expected: list[str]) -> None:
-    """Repeated events cause a single alarm. The return of power causes none. Rule: main-power."""
+    """A loss of main power is a single alarm, even if the event is repeated. Rule: main-power."""
     master = powered_up(main_power_alarm=alarm)
     for event in ("main_power_off", "main_power_off", "main_power_on"):
         master.robot.inject(event)
@@ -88,8 +88,13 @@ _SERVOS_OFF: dict[str, Callable[[Master], None]] = {
 
 @pytest.mark.parametrize(("knob", "state"), [(True, BRAKE), (False, FREE)])
 @pytest.mark.parametrize("off", _SERVOS_OFF)
-def test_a_free_axis_when_all_servos_go_off(off: str, knob: bool, state: int) -> None:
-    """With either setting, all other axes are braked. Rule: free-axes."""
+def test_a_key_decides_whether_a_free_axis_is_braked_when_all_servos_go_off(
+    off: str, knob: bool, state: int
+) -> None:
+    """A free axis stays free or is braked.
+
+    All other axes are braked in both cases. Rule: free-axes.
+    """
     master = servos_on(servo_off_brakes_free_axes=knob)
     _send(master, 0x0036, 0, 0x0008)  # servo free of axis 4, as in the guide's example of 4.2.13
     assert _states(master) == (SERVO, SERVO, SERVO, FREE)
@@ -124,7 +129,7 @@ def _pattern(master: Master, kind: int, port: int) -> int:
 
 
 @pytest.mark.parametrize(("clears", "kept"), [(True, 0x00), (False, 0x01)])
-def test_outputs_at_power_on(clears: bool, kept: int) -> None:
+def test_a_key_decides_which_outputs_survive_power_on(clears: bool, kept: int) -> None:
     """DO and SO are always OFF after power-on.
 
     A key decides whether MO, LO and TO keep their states.
@@ -146,10 +151,10 @@ def test_outputs_at_power_on(clears: bool, kept: int) -> None:
     ("clears", "integer", "real"),
     [(False, (7, 0), (0x0000, 0x40E0)), (True, (0, 0), (0, 0))],
 )
-def test_static_variables_at_power_on(
+def test_a_key_decides_whether_static_variables_survive_power_on(
     clears: bool, integer: tuple[int, int], real: tuple[int, int]
 ) -> None:
-    """SGI30 and SGR2 are variables 30 and 258; 7.0 is 16#40E00000.
+    """The test writes 7 to SGI30 and 7.0 to SGR2 (16#40E00000), which are variables 30 and 258.
 
     Rule: static-variables. Source: remote command guide 4.4.1.
     """

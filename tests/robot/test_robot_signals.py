@@ -119,7 +119,7 @@ def _lose_link(master: Master) -> None:
 
 @pytest.mark.parametrize("stop", [_turn_off, _lose_link])
 @pytest.mark.parametrize(("knob", "ready"), [(True, True), (False, False)])
-def test_mp_ready_in_emergency_stop(
+def test_a_key_decides_mp_ready_in_an_emergency_stop(
     stop: Callable[[Master], None], knob: bool, ready: bool
 ) -> None:
     """In the literal reading of the manual, SO(04) is OFF while SO(03) is ON.

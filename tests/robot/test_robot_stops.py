@@ -228,7 +228,9 @@ def test_a_stopped_return_to_origin_is_one_alarm(command: int) -> None:
 
 
 @pytest.mark.parametrize(("knob", "runs"), [(False, True), (True, False)])
-def test_a_sequence_program_in_an_emergency_stop(knob: bool, runs: bool) -> None:
+def test_a_key_decides_whether_an_emergency_stop_ends_the_sequence_program(
+    knob: bool, runs: bool
+) -> None:
     """A stop never ends the sequence program. A key decides whether an emergency stop ends it.
 
     Rule: sequence-program.
@@ -248,7 +250,9 @@ def test_a_sequence_program_in_an_emergency_stop(knob: bool, runs: bool) -> None
     ("auto", "starts_in_manual", "stops_in_manual"),
     [(True, False, True), (False, True, True), (False, True, False)],
 )
-def test_programs_and_the_mode(auto: bool, starts_in_manual: bool, stops_in_manual: bool) -> None:
+def test_a_key_decides_whether_programs_need_auto_mode(
+    auto: bool, starts_in_manual: bool, stops_in_manual: bool
+) -> None:
     """A key decides whether a start needs AUTO mode, for SI(12) and for the command.
 
     The program reset always needs AUTO mode.

@@ -16,35 +16,35 @@ Meaning = Mapping[str, Callable[[Any], Pins]]
 
 #: The block of each example. A line begins with the number of its first example.
 _NAMES = {
-    # 4.2.1, 4.2.2
+    # guide 4.2.1, 4.2.2
     1: "MovePtp MoveArch MoveLinear MoveCircular MoveDirectMm MoveDirectPulses MoveIPtp",
     8: "MoveILinear MoveIDirectMm MoveIDirectPulses",
-    # 4.2.3, 4.2.4
+    # guide 4.2.3, 4.2.4
     11: "DrivePoint DriveDirectMm DriveDirectPulses DriveIPoint DriveIDirectMm DriveIDirectPulses",
-    # 4.2.5 to 4.2.11
+    # guide 4.2.5 to 4.2.11
     17: "PalletMovePtp PalletMoveArch Jog Jog Jog Inching Inching Inching SetInchingAmount",
     26: "TeachPoint AbsoluteResetMovement AbsoluteReset",
-    # 4.2.12 to 4.2.20
+    # guide 4.2.12 to 4.2.20
     29: "ReturnToOriginRobot ReturnToOriginAxis Servo ChangeSpeed ChangeSpeed ChangeSpeed",
     35: "ChangeShift ChangeHand ChangeArm MotorPower",
-    # 4.2.21 to 4.2.23
+    # guide 4.2.21 to 4.2.23
     39: "MoveTPtp MoveTLinear SetMaxTorque PushPoint PushDirectMm PushDirectPulses",
-    # 4.3
+    # guide 4.3
     45: "WritePoint ReadPoint WritePointComment ReadPointComment WritePallet ReadPallet WriteShift",
     52: "ReadShift WriteHand ReadHand",
-    # 4.4
+    # guide 4.4
     55: "AssignValue AssignVariable AssignValue AssignVariable ReadVariable WriteParameter",
     61: "ReadParameter AssignPoint AssignPoint AssignPalletPoint AssignPointElementMm",
     66: "AssignShiftElement",
-    # 4.5, 4.6
+    # guide 4.5, 4.6
     67: "WriteIoPort WriteIoPortBit ReadIoPort ReadIoPort RegisterProgram ExecuteProgram",
     73: "ResetSelectedProgram ReadProgramInfo",
-    # 4.7
+    # guide 4.7
     75: "ReadVersions ReadSystemConfiguration ReadServoStatus ReadPositionPulses ReadPositionMm",
     80: "ReadTaskStatus ReadTaskLines ReadMessage ReadSpeeds ReadArmDesignation ReadArmStatus",
     86: "ReadOriginStatus ReadTorqueOfMax ReadDate ReadTime ReadOptionSlots ReadInchingAmount",
     92: "ReadLatestAlarm ReadTorqueOfRated",
-    # 4.8, 4.9
+    # guide 4.8, 4.9
     94: "SetDate SetTime RemoteAlarmReset ResetSystemData DefineRealTimeOutput ReadRealTimeOutput",
     100: "EnableRealTimeOutput",
 }

@@ -25,7 +25,7 @@ from rcx_harness.spec.robots import robot_models
 from structured_text.engines import build
 from structured_text.projects.needed import needed
 
-#: If axis 2 is closer than this to the stretched or folded arm, pulses are not compared [deg].
+#: Pulses are not compared if axis 2 is closer than this angle to the stretched or folded arm [deg].
 _NEAR = 20.0
 #: Limit above which pulses belong to another pose: above rounding, far below a turn [pulse].
 _SAME = 1000

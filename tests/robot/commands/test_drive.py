@@ -47,7 +47,7 @@ def test_the_specified_axis_moves_and_no_other(code: int, data: tuple[int, ...],
     ("code", "data"),
     [(0x0010, 17), (0x0012, 2_000), (0x0013, 1_000), (0x0014, 18), (0x0016, 0), (0x0017, 0)],
 )
-def test_the_position_of_all_axes_in_millimetres(code: int, data: int) -> None:
+def test_drive_answers_with_the_position_of_all_axes_in_millimetres(code: int, data: int) -> None:
     """The answer has the positions of all axes in mm.
 
     Axis 3 stays at 1000 pulses, which are 2.000 mm.
@@ -60,7 +60,7 @@ def test_the_position_of_all_axes_in_millimetres(code: int, data: int) -> None:
 
 
 @pytest.mark.parametrize("code", [0x0010, 0x0014])
-def test_a_point_in_millimetres(code: int) -> None:
+def test_drive_reaches_a_point_in_millimetres(code: int) -> None:
     """A target of 13.000 mm at 500 pulses/mm is 6500 pulses.
 
     Source: remote command guide 4.2.3 and 4.2.4, point designation

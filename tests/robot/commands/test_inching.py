@@ -55,8 +55,11 @@ def test_an_amount_of_100_is_100_pulses_or_0_1_mm(
 
 @pytest.mark.parametrize("amount", [1, 10_000])
 @pytest.mark.parametrize("code", FRAMES)
-def test_the_smallest_and_the_largest_amount(code: int, amount: int) -> None:
-    """Source: remote command guide 4.2.8, dddd."""
+def test_inching_moves_by_the_smallest_and_the_largest_amount(code: int, amount: int) -> None:
+    """An inching by the smallest or largest amount moves the axis by this amount.
+
+    Source: remote command guide 4.2.8, dddd.
+    """
     master = _incher(amount)
     assert master.execute(code, 0, 0x0001)[0] == 0x0200
     assert master.robot.positions == [amount, 0, 0, 0]
@@ -110,7 +113,7 @@ def test_inching_that_the_stop_input_stops_shows_no_position(code: int) -> None:
 
 
 @pytest.mark.parametrize(("code", "expected"), [(CARTESIAN, [71, 71]), (TOOL, [0, 100])])
-def test_inching_along_turned_coordinates(code: int, expected: list[int]) -> None:
+def test_inching_moves_along_turned_coordinates(code: int, expected: list[int]) -> None:
     """The shift is turned by 45 degrees, the hand by 90 degrees; 100 / sqrt(2) is 70.7.
 
     Rule: coordinates.

@@ -76,7 +76,7 @@ def test_the_path_speed_is_in_mm_per_second() -> None:
     ],
 )
 @pytest.mark.parametrize("code", [0x0003, 0x0004])
-def test_range_of_mm_per_second(
+def test_a_line_is_refused_beyond_the_range_of_mm_per_second(
     code: int, scara: tuple[int, ...], speed: int, expected: int
 ) -> None:
     """Rule: line-speed.
@@ -88,14 +88,14 @@ def test_range_of_mm_per_second(
     assert master.execute(code, 0x0006, 0, speed, 19, 20 * (code == 0x0004))[0] == expected
 
 
-def test_linear_interpolation_of_the_designated_axes() -> None:
+def test_linear_interpolation_moves_only_the_designated_axes() -> None:
     """Rule: linear-axes."""
     master = mover(points={19: Point((30_000, 40_000, 0, 0, 0, 0))})
     assert master.execute(0x0003, 0x0001, 0x0002, 0, 19)[0] == NORMAL
     assert master.robot.positions == [0, 40_000, 0, 0]
 
 
-def test_acceleration_and_deceleration_of_a_line() -> None:
+def test_a_line_respects_the_given_acceleration_and_deceleration() -> None:
     """A lower acceleration or deceleration makes the movement longer.
 
     Source: remote command guide 4.2.1, linear interpolation, d and e
@@ -175,7 +175,7 @@ def test_a_deviation_of_0_001_mm_makes_an_arc_only_on_a_short_line() -> None:
 # Direct designation
 
 
-def test_direct_designation_in_millimetres() -> None:
+def test_a_movement_reaches_a_target_given_in_millimetres() -> None:
     """The target is 10.000 and -20.000 mm, and axis 2 has 500 pulses/mm. The answer is in mm.
 
     Source: remote command guide 4.2.1, direct PTP designation (millimeter units)

@@ -45,7 +45,7 @@ def test_movei_moves_by_the_distance_of_the_point(code: int) -> None:
     assert master.execute(code, PULSES, 0, 0, 19)[4:8] == low_high(200_000, -100_000)
 
 
-def test_movei_by_a_point_in_millimetres() -> None:
+def test_movei_moves_by_a_point_in_millimetres() -> None:
     """A distance of 10.000 mm at 500 pulses/mm is 5000 pulses.
 
     Source: remote command guide 4.2.2, PTP designation
@@ -56,14 +56,14 @@ def test_movei_by_a_point_in_millimetres() -> None:
     assert master.robot.positions == [5_100, 7]
 
 
-def test_movei_of_the_designated_axes() -> None:
+def test_movei_moves_only_the_designated_axes() -> None:
     """Source: remote command guide 4.2.2, a and tt."""
     master = _mover()
     assert master.execute(0x0009, 1, 0x0002, 0, 19)[0] == NORMAL
     assert master.robot.positions == [0, -50_000, 0, 0]
 
 
-def test_movei_by_distances_in_millimetres() -> None:
+def test_movei_moves_by_distances_in_millimetres() -> None:
     """Source: remote command guide 4.2.2, direct PTP designation (millimeter units)."""
     axes = (Axis(pulses_per_mm=500, start=1_000), Axis(start=-7))
     master = _mover(axes=axes)
@@ -72,7 +72,7 @@ def test_movei_by_distances_in_millimetres() -> None:
     assert answer[4:8] == low_high(12_000, -20_007)
 
 
-def test_movei_by_distances_in_pulses() -> None:
+def test_movei_moves_by_distances_in_pulses() -> None:
     """Source: remote command guide 4.2.2, direct PTP designation (pulse units)."""
     master = _mover(axes=(Axis(pulses_per_mm=500, start=1_000), Axis(start=-7)))
     answer = master.execute(0x000F, PULSES, 0, 0, *low_high(10_000, -20_000))

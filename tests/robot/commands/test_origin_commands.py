@@ -86,7 +86,7 @@ def test_the_movement_is_made_at_manual_speed() -> None:
 # Tests of the absolute reset
 
 
-def test_absolute_reset_of_axis_2_of_robot_1() -> None:
+def test_the_printed_example_resets_axis_2_of_robot_1() -> None:
     """The absolute reset of the printed example works after the movement of the previous example.
 
     Rule: absolute-reset, absolute-reset-model.

@@ -37,7 +37,7 @@ def _mover(**config: Any) -> Master:
         (5, [10_000, 30_000, 4_000, 8_000]),
     ],
 )
-def test_ptp_to_a_work_position(work: int, expected: list[int]) -> None:
+def test_a_ptp_movement_reaches_the_work_position(work: int, expected: list[int]) -> None:
     """All axes move to the work position. Source: remote command guide 4.2.5, PTP designation."""
     master = _mover()
     answer = master.execute(0x0018, PULSES | 0x0004, 0, 70, 7, work)
@@ -45,7 +45,7 @@ def test_ptp_to_a_work_position(work: int, expected: list[int]) -> None:
     assert answer == (NORMAL, 0, 0, 0, *low_high(*expected), 0, 0, 0, 0)
 
 
-def test_arch_to_a_work_position() -> None:
+def test_an_arch_movement_reaches_the_work_position() -> None:
     """Axis 3 rises to 40.000 mm and comes down to 4.000 mm.
 
     At 10 % an axis moves at most 500 pulses per cycle. The other axes start when axis 3 is at

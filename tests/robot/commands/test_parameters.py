@@ -80,8 +80,12 @@ def test_the_payload_in_kg_and_in_g_is_the_same_value() -> None:
     assert _read(master, AXWGHT, 1) == long_words(0)
 
 
-def test_parameters_as_delivered() -> None:
-    """Rule: parameter-defaults. Source: remote command guide 4.4.2."""
+def test_parameters_have_the_values_of_a_delivered_controller() -> None:
+    """Parameters that nothing has set have the values of a delivered controller.
+
+    Rule: parameter-defaults.
+    Source: remote command guide 4.4.2.
+    """
     expected = {1: 0, 2: 0, 257: 100, 258: 100, 259: 80, 260: 2000, 262: 0, 264: 2000, 265: 2000}
     expected |= {266: 100, 267: 1000, 268: 0, 269: 0, 270: 100}
     master = ready()

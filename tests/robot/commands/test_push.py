@@ -73,7 +73,7 @@ def test_a_push_without_a_workpiece_reaches_its_target(code: int) -> None:
 
 
 @pytest.mark.parametrize("time", [1, 250, 32767])
-def test_the_push_time_period(time: int) -> None:
+def test_a_push_lasts_for_the_push_time_period(time: int) -> None:
     """The push time is counted in cycles of 5 ms. Source: remote command guide 4.2.23, jjjj."""
     pushed = _pushes_for(_mover(workpiece=4_500), *_words(0x004D, TIME, time=time))
     assert time <= pushed < time + 10 if time > 5 else pushed <= 10

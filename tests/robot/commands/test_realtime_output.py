@@ -162,7 +162,7 @@ def test_a_word_without_definition_answers_item_0() -> None:
 
 
 def test_items_without_a_quantity_in_the_configuration_show_0() -> None:
-    """Items without a number in the configuration show 0, and their options are not checked.
+    """The word of such an item shows 0, and the item's options are not checked.
 
     Rule: real-time-items.
     """

@@ -160,7 +160,9 @@ ENDS_THE_MEMORY: dict[str, Callable[[Master], object]] = {
 
 @pytest.mark.parametrize("name", ["MOVEI", "DRIVEI"])
 @pytest.mark.parametrize("what", ENDS_THE_MEMORY)
-def test_the_same_command_starts_from_where_the_robot_is_after(what: str, name: str) -> None:
+def test_the_same_command_starts_anew_after_an_event_that_ends_its_memory(
+    what: str, name: str
+) -> None:
     """The interrupted movement does not affect the next command.
 
     The return-to-origin ends at 0 pulses.

@@ -24,7 +24,7 @@ def _only(**at: int) -> list[int]:
     return [at.get(f"task{number}", NO_TASK) for number in range(1, 9)]
 
 
-def test_the_states_of_tasks() -> None:
+def test_task_states_are_read_by_a_command() -> None:
     """The states are stopped, running, suspended, standby and none.
 
     Another request returns tasks 9 to 16.

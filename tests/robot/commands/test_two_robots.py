@@ -117,7 +117,9 @@ def test_the_stop_input_stops_all_robots() -> None:
 
 
 def test_servo_off_of_one_robot_leaves_the_other_one_moving() -> None:
-    """The test uses the machine directly, since the network allows one remote command at a time.
+    """The test stops axes by a direct call, as servo off does.
+
+    The network allows only one remote command at a time.
 
     Rule: robots-move.
     """

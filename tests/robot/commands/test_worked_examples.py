@@ -184,7 +184,7 @@ def test_the_push_of_the_print_lasts_50_ms_and_that_of_the_prose_100_ms() -> Non
         assert master.now_us - since_us == ms * 1000
 
 
-def test_the_move_to_point_19_that_chapter_2_shows() -> None:
+def test_the_move_to_point_19_of_chapter_2_ends_normally() -> None:
     """The command requests no position, so all response words are 0.
 
     Source: remote command guide chapter 2, example

@@ -52,7 +52,7 @@ def trail(text: str, ms: float = 100, **config: object) -> int:
         ("sgi0=1\ngoto *l\nsgi0=9\n*L:", 1),
     ],
 )
-def test_the_flow_of_a_program(text: str, digits: int) -> None:
+def test_a_program_executes_its_statements_in_order(text: str, digits: int) -> None:
     """Each program writes digits in the order of its statements.
 
     Rule: robot-language.

@@ -349,7 +349,7 @@ def test_an_axis_does_not_exceed_its_acceleration_at_a_corner() -> None:
         master.run(5)
         ways.append(tuple(master.robot.positions))
     assert ways[-1] == (100_000, 100_000)
-    assert all(100_000 - x <= 5_000 or y == 0 for x, y in ways)  # within 5 mm of the corner
+    assert all(100_000 - x <= 5_000 or y == 0 for x, y in ways)  # cycles within 5 mm of the corner
     for k in (0, 1):
         speeds = [b[k] - a[k] for a, b in pairwise(ways)]
         changes = [abs(b - a) for a, b in pairwise(speeds)]

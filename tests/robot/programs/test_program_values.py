@@ -58,7 +58,7 @@ from robot_programs import POINTS, calculated, running
         ("UNKNOWN", 0),  # a variable without a value
     ],
 )
-def test_an_expression(expression: str, value: float) -> None:
+def test_an_expression_has_its_value(expression: str, value: float) -> None:
     """Points 1 and 2 are at (100, 50) mm and (20, 0) mm, point 3 at (5000, 6000) pulses.
 
     Rule: robot-language.
@@ -156,7 +156,7 @@ def test_shifts_hands_and_pallets_are_assigned() -> None:
     assert (pallet.nx, pallet.ny, pallet.nz, pallet.first) == (2, 3, 1, 100)
 
 
-def test_timer_and_texts_of_the_clock() -> None:
+def test_time_and_date_functions_read_the_clock() -> None:
     """The clock shows 10:59:59, which is 39,599 s after midnight. The program starts within 1 s.
 
     Rule: robot-language.

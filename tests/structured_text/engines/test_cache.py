@@ -110,7 +110,7 @@ def test_a_change_within_a_tick_is_seen(program: Path, monkeypatch: pytest.Monke
 def test_a_change_of_the_sources_is_seen(program: Path, kept: Path) -> None:
     """Sources with other contents are compiled again, even if the file time is the same.
 
-    Source: the key: the contents of all files.
+    The key of a cache entry contains the contents of all files.
     """
     assert _sum(program) == 12
     stamp = program.stat().st_mtime_ns
@@ -125,7 +125,7 @@ def test_the_list_of_needed_library_files_is_cached_until_a_file_changes(
 ) -> None:
     """The list of needed library files is cached until a file changes.
 
-    Source: the key: the contents of all files, and where those of the library begin.
+    The key contains the contents of all files, and tells the library's files from the program's.
     """
     other, two = program.with_name("FC_Two.st"), "FUNCTION FC_Two : INT\nEND_FUNCTION\n"
     other.write_text(two, encoding="utf-8")
@@ -183,7 +183,7 @@ def test_a_planted_entry_is_not_executed(
 ) -> None:
     """A pickle that an attacker puts into the cache is not executed.
 
-    Source: a defect report: the cache was read with pickle; a planted entry gave a traceback.
+    An earlier version read the cache with pickle.
     """
     monkeypatch.chdir(tmp_path)
     _sum(program)
@@ -197,10 +197,7 @@ def test_a_planted_entry_is_not_executed(
 
 
 def test_an_entry_is_read_as_it_was_written_or_not_at_all(kept: Path) -> None:
-    """A cache entry with changed, missing or additional bytes is refused.
-
-    Source: a defect report.
-    """
+    """A cache entry with changed, missing or additional bytes is refused."""
     kept.mkdir(parents=True)
     entry = kept / "one.so"
     cache.put(entry, b"library")
@@ -220,7 +217,7 @@ def test_an_entry_of_another_kind_is_made_anew(
 ) -> None:
     """A project entry in the place of a code entry is ignored and replaced.
 
-    Source: a defect report: both are ours, and one lies in the place of the other.
+    Both entries have a valid signature of the cache.
     """
     _sum(program)
     (code,), (project,) = kept.glob("*.code"), kept.glob("*.project")
@@ -269,10 +266,7 @@ def test_an_error_in_a_cached_program_has_its_line(
 
 
 def test_a_mistake_is_reported_each_time(program: Path, kept: Path) -> None:
-    """Sources with an error are not cached, so each compilation reports the error.
-
-    Source: what cannot be loaded is not kept.
-    """
+    """Sources with an error are not cached, so each compilation reports the error."""
     program.write_text(_TEXT.format(by=1).replace("Sum +", "Some +"), encoding="utf-8")
     for _ in range(2):
         with pytest.raises(InputError, match="Some"):

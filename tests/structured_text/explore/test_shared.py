@@ -45,7 +45,9 @@ def test_a_parallel_exploration_finds_the_same(
 
 @pytest.mark.usefixtures("together")
 def test_several_workers_find_the_same_as_one_process() -> None:
-    """By hand: each number leads to three others, and all numbers are reached.
+    """Exploration with workers finds the same states and depth as in one process.
+
+    By hand: each number leads to three others, and all numbers are reached.
 
     The step to 2 n + 2 reaches 300 after 8 steps.
     """

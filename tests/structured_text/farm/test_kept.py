@@ -136,7 +136,7 @@ def test_a_line_that_was_cut_off_is_done_again(tmp_path: Path, file: Path) -> No
 def test_a_damaged_line_is_redone_and_the_file_saved(file: Path, damage: bytes) -> None:
     """An item with a damaged line runs again; the damaged file is saved beside the new one.
 
-    Source: a defect report: damaged result files are moved aside, and said to be.
+    A notice gives the name of the damaged file.
     """
     list(Farm(0).run(divmod_by_3, range(3), kept=kept(file)))
     lines = file.read_bytes().split(b"\n")
@@ -151,10 +151,7 @@ def test_a_damaged_line_is_redone_and_the_file_saved(file: Path, damage: bytes) 
 
 
 def test_a_result_file_without_its_first_line_is_moved_aside(file: Path) -> None:
-    """A result file with a damaged first line is renamed, and never replaces an earlier one.
-
-    Source: a defect report.
-    """
+    """A result file with a damaged first line is renamed, and never replaces an earlier one."""
     list(Farm(0).run(divmod_by_3, range(3), kept=kept(file)))
     before = b"x" + file.read_bytes()
     for name in ("results.jsonl.damaged", "results.jsonl.damaged1"):

@@ -210,8 +210,6 @@ def test_a_worker_ends_with_its_parent(tmp_path: Path, number: signal.Signals) -
     """If the parent process ends, its worker ends in the middle of an item.
 
     The test's pipe closes when both have ended.
-
-    Source: a defect report.
     """
     found = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     command = [sys.executable, "-c", _PARENT, str(tmp_path)]

@@ -45,7 +45,10 @@ def _values(build: Build, text: str, names: str) -> list[Any]:
 
 
 def test_a_class_has_methods_and_no_body(build: Build) -> None:
-    """Source: IEC 61131-3, edition 3, 6.6.5; values by hand."""
+    """The methods of a CLASS give the expected values, and a CLASS has no body.
+
+    Source: IEC 61131-3, edition 3, 6.6.5; values by hand.
+    """
     text = (
         f"{_CLASSES}PROGRAM P1\nVAR a : Leaf; b : ARRAY [1..2] OF Leaf; i : IValue;"
         " x, y, z, u : INT; END_VAR\n"
@@ -75,7 +78,10 @@ _WRONG = [
 
 @pytest.mark.parametrize(("body", "message"), _WRONG, ids=[body for body, _ in _WRONG])
 def test_a_class_keeps_its_variables(body: str, message: str, mistakes_of: Mistakes) -> None:
-    """Source: IEC 61131-3, edition 3, 6.6.5: variables are PROTECTED unless they say otherwise."""
+    """A variable of a CLASS is PROTECTED by default, so a program cannot access it.
+
+    Source: IEC 61131-3, edition 3, 6.6.5.
+    """
     (error,) = mistakes_of(
         f"{_CLASSES}PROGRAM P1\nVAR a : Leaf; p : Plain; x : INT; END_VAR\n{body}\nEND_PROGRAM\n"
     )
@@ -203,7 +209,10 @@ END_FUNCTION_BLOCK
 
 
 def test_the_start_of_a_base_comes_first_and_has_the_first_arguments(build: Build) -> None:
-    """Source: help of TwinCAT, behaviour with derived function blocks (5482088715)."""
+    """FB_init of a base block runs first and takes the first arguments.
+
+    Source: help of TwinCAT, behaviour with derived function blocks (5482088715).
+    """
     text = (
         f"{_START}PROGRAM P1\nVAR a : Base(2); b : Mid(7, 30); c : Sub(x := 4);"
         " d : Last(p := 1, v := 2); END_VAR\nEND_PROGRAM\n"
@@ -213,7 +222,10 @@ def test_the_start_of_a_base_comes_first_and_has_the_first_arguments(build: Buil
 
 
 def test_a_start_must_begin_with_the_parameters_of_the_base(mistakes_of: Mistakes) -> None:
-    """Source: help of TwinCAT, behaviour with derived function blocks (5482088715)."""
+    """FB_init of a derived block must have the parameters of the base's FB_init first.
+
+    Source: help of TwinCAT, behaviour with derived function blocks (5482088715).
+    """
     wrong = (
         "FUNCTION_BLOCK Wrong EXTENDS Base\nMETHOD FB_init : BOOL\nVAR_INPUT bInitRetains : BOOL;"
         " bInCopyCode : BOOL; v : REAL; END_VAR\nEND_METHOD\nEND_FUNCTION_BLOCK\n"

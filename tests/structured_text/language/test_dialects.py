@@ -66,7 +66,10 @@ END_PROGRAM
 
 @pytest.mark.parametrize("dialect", _MILLISECONDS)
 def test_time_is_a_number_of_milliseconds(speak: Build, dialect: str) -> None:
-    """Source: CODESYS help, TIME_TO: TIME_TO_DWORD(T#5m) is 300000, TOD#00:00:00.012 is 12."""
+    """Conversions between TIME and numbers count milliseconds in these dialects.
+
+    Source: CODESYS help, TIME_TO: TIME_TO_DWORD(T#5m) is 300000, TOD#00:00:00.012 is 12.
+    """
     program = speak(dialect, _TIMES)
     program.scan(0)
     read = _milliseconds(program)
@@ -124,7 +127,10 @@ def _milliseconds(program: BuiltinProgram) -> Callable[[str], float]:
 def test_texts_of_values_are_those_of_the_tool(
     speak: Build, value: str, kind: str, short: str, digits: str
 ) -> None:
-    """Source: Beckhoff Infosys, TIME_TO, TOD_TO; TcUnit-Verifier; matiec, __real_to_string."""
+    """A value that is converted to a text has the form of the dialect's tool.
+
+    Source: Beckhoff Infosys, TIME_TO, TOD_TO; TcUnit-Verifier; matiec, __real_to_string.
+    """
     text = f"""PROGRAM Main VAR Found : STRING; Given : {kind} := {value}; END_VAR
     Found := {kind}_TO_STRING(Given); END_PROGRAM"""
     for dialect, expected in (("twincat", short), ("codesys", short), ("iec", digits)):
@@ -171,7 +177,10 @@ def _count(program: BuiltinProgram, pin: str, pulses: int) -> None:
 def test_counters_count_beyond_pv_to_the_limits_of_their_type(
     speak: Build, dialect: str, up: int, down: int, parts: int, free: int
 ) -> None:
-    """Source: IEC 61131-3, counters (PVmax, PVmin); the sources in dialects.toml."""
+    """In these dialects a counter counts beyond PV, up to the limits of its type.
+
+    Source: IEC 61131-3, counters (PVmax, PVmin); the sources in dialects.toml.
+    """
     program = speak(dialect, _COUNTERS)
     _count(program, "Entry", 5)
     _count(program, "Leave", 2)
@@ -184,7 +193,10 @@ def test_counters_count_beyond_pv_to_the_limits_of_their_type(
 
 @pytest.mark.parametrize(("dialect", "least"), [("iec", -32768), ("tia", -32768), ("twincat", 0)])
 def test_counters_stop_at_the_limits_of_their_type(speak: Build, dialect: str, least: int) -> None:
-    """Source: IEC 61131-3, counters; Siemens A5E00739858, SFB 2: -32768 and 32767."""
+    """At a limit of its type, a counter stops and does not wrap.
+
+    Source: IEC 61131-3, counters; Siemens A5E00739858, SFB 2: -32768 and 32767.
+    """
     program = speak(dialect, _COUNTERS)
     program.write("Main.Up.CV", 32766)
     program.write("Main.Down.CV", least + 1)
@@ -232,7 +244,10 @@ def test_and_or_evaluate_both_operands_where_the_tool_does(
 def test_a_division_on_the_right_of_and_ends_the_run_where_both_are_evaluated(
     speak: Build,
 ) -> None:
-    """Source: Infosys, AND_THEN and DIV: an exception, which AND_THEN avoids."""
+    """A division by 0 on the right of AND ends the run if AND evaluates both operands.
+
+    Source: Infosys, AND_THEN and DIV: an exception, which AND_THEN avoids.
+    """
     text = """PROGRAM Main VAR N : INT; R : BOOL; END_VAR
     R := (N <> 0) AND (10 / N > 1);
     END_PROGRAM"""
@@ -299,7 +314,10 @@ def test_short_integers_are_calculated_as_dint(speak: Build, dialect: str) -> No
 
 @pytest.mark.parametrize("dialect", ["iec", "tia"])
 def test_short_integers_are_calculated_in_their_own_type(speak: Build, dialect: str) -> None:
-    """Source: IEC 61131-3, arithmetic functions: the result has the type of the operands."""
+    """In these dialects, sums of SINT or INT wrap in their own type.
+
+    Source: IEC 61131-3, arithmetic functions: the result has the type of the operands.
+    """
     text = _INTEGERS.replace("Place := Field[W + W];", "")
     program = speak(dialect, text)
     program.scan(0)
@@ -317,7 +335,10 @@ def test_short_integers_are_calculated_in_their_own_type(speak: Build, dialect: 
 
 
 def test_a_place_that_takes_no_int_refuses_a_sum_of_int_in_each_dialect(speak: Build) -> None:
-    """Source: IEC 61131-3, assignment: the value has the type of the variable."""
+    """A sum of INT cannot be assigned to a SINT or STRING in any dialect.
+
+    Source: IEC 61131-3, assignment: the value has the type of the variable.
+    """
     text = "PROGRAM Main VAR A : INT; U : UDINT; T : STRING; END_VAR\n{} END_PROGRAM"
     for dialect in ("iec", "codesys"):
         with pytest.raises(InputError, match=r"a STRING.* is expected here, not a INT"):
@@ -349,7 +370,10 @@ END_PROGRAM
 def test_a_plain_string_has_the_length_of_the_tool(
     speak: Build, dialect: str, length: int, joined: int
 ) -> None:
-    """Source: CODESYS help and Infosys, STRING: 80; S7-SCL: 254; Rockwell: 82; matiec: 126."""
+    """A STRING without a length has the default length of the dialect's tool.
+
+    Source: CODESYS help and Infosys, STRING: 80; S7-SCL: 254; Rockwell: 82; matiec: 126.
+    """
     program = speak(dialect, _TEXTS)
     program.scan(0)
     assert program.read("Main.N") == length
@@ -381,7 +405,10 @@ def test_a_real_divided_by_zero_is_infinite(speak: Build, dialect: str) -> None:
 
 @pytest.mark.parametrize("dialect", ["iec", "codesys", "twincat"])
 def test_a_real_divided_by_zero_ends_the_run_with_the_line(speak: Build, dialect: str) -> None:
-    """Source: Infosys, DIV: always an exception."""
+    """In these dialects, a REAL divided by 0.0 ends the run with the line.
+
+    Source: Infosys, DIV: always an exception.
+    """
     with pytest.raises(InputError, match="division by zero") as caught:
         speak(dialect, _REALS).scan(0)
     assert caught.value.line == 4
@@ -435,7 +462,10 @@ END_CONFIGURATION
 def test_a_program_without_a_task_runs_in_each_scan_and_the_task_at_its_interval(
     files_of: Callable[..., list[Path]], interval: str, scan: str | None, fast: int, slow: int
 ) -> None:
-    """Source: IEC 61131-3, tasks; Rockwell 1756-PM005: the continuous task restarts at once."""
+    """A program without a task runs in each scan, the other program at its task's interval.
+
+    Source: IEC 61131-3, tasks; Rockwell 1756-PM005: the continuous task restarts at once.
+    """
     with Bench.build(files_of(_TASKS.format(interval)), scan=scan, engine="builtin") as bench:
         bench.run("2s")
         assert (bench["F.N"], bench["S.K"]) == (fast, slow)
@@ -603,7 +633,10 @@ def _wrapped(value: int, bits: int) -> int:
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("dialect", ["codesys", "twincat", "logix"])
 def test_random_calculations_of_short_integers_have_32_bits(speak: Build, dialect: str) -> None:
-    """Source: CODESYS help, operators, overflow in the data type."""
+    """Random calculations of SINT and INT give the values of 32-bit arithmetic in CODESYS.
+
+    Source: CODESYS help, operators, overflow in the data type.
+    """
     draw = random.Random(47)
     for _ in range(40):
         given = {name: draw.randint(*_RANGES[kind]) for name, kind in _SHORT.items()}

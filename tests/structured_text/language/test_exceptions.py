@@ -73,7 +73,10 @@ def _run(build: Build, body: str, scans: int = 1) -> BuiltinProgram:
 def test_finally_runs_with_and_without_an_exception(
     statement: str, expected: str, build: Build
 ) -> None:
-    """Source: Beckhoff InfoSys, TwinCAT 3 PLC, __TRY, __CATCH, __FINALLY, __ENDTRY (2529187211)."""
+    """The statements of __FINALLY run with and without an exception.
+
+    Source: Beckhoff InfoSys, TwinCAT 3 PLC, __TRY, __CATCH, __FINALLY, __ENDTRY (2529187211).
+    """
     add = "S := CONCAT(S, '{}');"
     program = _run(
         build,
@@ -99,13 +102,19 @@ def test_finally_runs_with_and_without_an_exception(
 def test_the_variable_of_catch_is_the_number_of_the_exception(
     statement: str, expected: str, build: Build
 ) -> None:
-    """Source: Beckhoff InfoSys, data type __SYSTEM.ExceptionCode (6753940235)."""
+    """The variable in __CATCH(…) gets the number of the exception.
+
+    Source: Beckhoff InfoSys, data type __SYSTEM.ExceptionCode (6753940235).
+    """
     program = _run(build, f"__TRY {statement} __CATCH(E) __ENDTRY;")
     assert program.read("Main.E") == f"RTSEXCPT_{expected}"
 
 
 def test_the_numbers_of_exceptions_are_those_of_the_help(build: Build) -> None:
-    """Source: Beckhoff InfoSys, data type __SYSTEM.ExceptionCode (6753940235)."""
+    """The exception numbers are those of the manufacturer's documentation.
+
+    Source: Beckhoff InfoSys, data type __SYSTEM.ExceptionCode (6753940235).
+    """
     body = "__TRY I := 1 / Z; __CATCH(E) D := E; __ENDTRY"
     assert _run(build, body).read("Main.D") == 0x102
 
@@ -140,7 +149,7 @@ def test_finally_runs_if_the_try_is_left(way: int, expected: str, build: Build) 
 def test_the_block_continues_in_the_next_scan(build: Build) -> None:
     """A block that was interrupted by an exception runs normally in the next scan.
 
-    Source: by hand: divisor 0 in the first scan, 5 in the second.
+    The divisor is 0 in the first scan and 5 in the second.
     """
     body = "W.Divisor := N; N := 5; __TRY W(); __CATCH I := I + 1; __ENDTRY"
     program = _run(build, body, scans=2)
@@ -161,7 +170,10 @@ def test_the_block_continues_in_the_next_scan(build: Build) -> None:
 def test_an_exception_that_is_not_caught_ends_the_run_with_its_line(
     body: str, message: str, build: Build
 ) -> None:
-    """Source: Beckhoff InfoSys, F_RaiseException: outside of __TRY the controller stops."""
+    """An exception outside of __TRY ends the run and is reported with its line.
+
+    Source: Beckhoff InfoSys, F_RaiseException: outside of __TRY the controller stops.
+    """
     with pytest.raises(InputError, match=message) as found:
         _run(build, body)
     line = f"{_BLOCKS}PROGRAM Main{_VARIABLES}".count("\n") + 2
@@ -169,10 +181,7 @@ def test_an_exception_that_is_not_caught_ends_the_run_with_its_line(
 
 
 def test_coverage_counts_the_statements_that_ran(files_of: Callable[..., list[Path]]) -> None:
-    """Coverage counts the statements of the __TRY up to the error, and those of the handler.
-
-    Source: by hand.
-    """
+    """Coverage counts the statements of the __TRY up to the error, and those of the handler."""
     body = "__TRY\nI := 1;\nI := 1 / Z;\nN := 2;\n__CATCH(E)\nD := 1;\n__ENDTRY"
     collector = Collector()
     with counting(collector):

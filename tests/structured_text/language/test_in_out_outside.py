@@ -61,10 +61,7 @@ def test_a_var_in_out_read_outside_has_the_value_of_the_last_call(
 
 
 def test_a_snapshot_has_the_value_of_a_var_in_out(build: Callable[..., BuiltinProgram]) -> None:
-    """A snapshot contains the VAR_IN_OUT value of the last call.
-
-    Source: by hand.
-    """
+    """A snapshot contains the VAR_IN_OUT value of the last call."""
     program = build(_TEXT)
     program.scan(0)
     saved = program.snapshot()
@@ -78,10 +75,7 @@ def test_a_snapshot_has_the_value_of_a_var_in_out(build: Callable[..., BuiltinPr
 def test_matiec_computes_the_same(
     matiec: Matiec, files_of: Callable[..., list[Path]], tmp_path: Path
 ) -> None:
-    """Matiec gives the same values as the built-in engine.
-
-    Source: matiec.
-    """
+    """Matiec gives the same values as the built-in engine."""
     compiler = find_c_compiler()
     assert compiler is not None
     program = MatiecProgram.build(load(files_of(_TEXT)), matiec, compiler)
@@ -92,7 +86,10 @@ def test_matiec_computes_the_same(
 def test_other_dialects_refuse_to_read_a_var_in_out_outside(
     dialect: str, files_of: Callable[..., list[Path]]
 ) -> None:
-    """Source: CODESYS help, VAR_IN_OUT: it can be accessed only inside of the block."""
+    """In other dialects, reading a VAR_IN_OUT outside of its block is refused.
+
+    Source: CODESYS help, VAR_IN_OUT: it can be accessed only inside of the block.
+    """
     (file,) = files_of(_TEXT)
     _, errors = analyse([in_dialect(file, dialect)])
     assert {error.message for error in errors} == {"Sum is internal to FB_Add"}
@@ -103,7 +100,7 @@ def test_a_var_in_out_cannot_be_written_outside_of_a_call(
 ) -> None:
     """Writing a VAR_IN_OUT outside of a call is refused.
 
-    Source: by hand: the next call overwrites what matiec writes there.
+    The next call would overwrite the written value.
     """
     (error,) = mistakes_of(_TEXT.replace("X := 1;", "F.Sum := 1;"))
     assert error.message == "Sum is a VAR_IN_OUT of FB_Add: give it in the call"

@@ -56,7 +56,9 @@ END_FUNCTION_BLOCK
 def test_constants_of_a_method_and_of_its_block_are_bounds(
     build: Callable[[str], BuiltinProgram],
 ) -> None:
-    """Source: help of CODESYS, SIZEOF and constants.
+    """Constants of a method, and of its block, may be array bounds in the method.
+
+    Source: help of CODESYS, SIZEOF and constants.
 
     The size of S is 16: 4 + 4 + 6 bytes, and 2 bytes so that each DINT is at a multiple of 4.
     """

@@ -48,7 +48,10 @@ END_PROGRAM
 
 
 def test_the_name_of_a_pou_is_qualified_with_its_block(build: Build) -> None:
-    """Source: help of CODESYS, "Operator __POUNAME": in a method, qualified with the block."""
+    """In a method, __POUNAME() contains the name of the block.
+
+    Source: help of CODESYS, "Operator __POUNAME": in a method, qualified with the block.
+    """
     program = build(_NAMES)
     program.scan(0)
     names = ["Main.F", "Main.Own", "Main.Here", "Main.B.Inside", "Main.B.Read", "Main.B.Acted"]
@@ -73,7 +76,10 @@ def test_pouname_in_a_list_of_globals_and_in_a_structure_gives_its_own_name(buil
 
 
 def test_a_position_names_the_line_and_in_statements_the_column(build: Build) -> None:
-    """Source: Beckhoff Infosys, "__POSITION": Line 1 (Decl); Line 1, Column 1 (Impl)."""
+    """__POSITION() gives the line, and in statements also the column.
+
+    Source: Beckhoff Infosys, "__POSITION": Line 1 (Decl); Line 1, Column 1 (Impl).
+    """
     program = build(
         "PROGRAM Main\nVAR\n  D : STRING := __POSITION();\n  I : STRING;\nEND_VAR\n"
         "  I := __POSITION();\nEND_PROGRAM"

@@ -32,7 +32,10 @@ def scanned(files_of: Files) -> Callable[..., BuiltinProgram]:
 def test_characters_of_texts_count_from_one(
     dialect: str, scanned: Callable[..., BuiltinProgram]
 ) -> None:
-    """Source: manual of STEP 7, "STRING": the first character has the index 1 and is a CHAR."""
+    """In the dialects of Siemens, S[1] is the first character of a text.
+
+    Source: manual of STEP 7, "STRING": the first character has the index 1 and is a CHAR.
+    """
     program = scanned(
         "PROGRAM Main VAR S : STRING := 'abc'; C : CHAR; T : STRING; U : STRING := 'abc'; END_VAR\n"
         "C := S[2]; T := S[3]; U[1] := 'x'; U[2] := C; IF S[1] = 'a' THEN U[3] := S[1]; END_IF;\n"
@@ -161,7 +164,10 @@ def test_namespaces_may_declare_the_same_names(scanned: Callable[..., BuiltinPro
 def test_an_assignment_attempt_gives_null_if_the_interface_is_missing(
     scanned: Callable[..., BuiltinProgram],
 ) -> None:
-    """Source: IEC 61131-3:2013, 6.6.6.7: the result is NULL if the attempt fails."""
+    """An assignment attempt `?=` gives NULL if the block lacks the interface.
+
+    Source: IEC 61131-3:2013, 6.6.6.7: the result is NULL if the attempt fails.
+    """
     program = scanned(
         "INTERFACE I1 METHOD A : INT END_METHOD END_INTERFACE\n"
         "INTERFACE I2 METHOD B : INT END_METHOD END_INTERFACE\n"

@@ -72,7 +72,10 @@ _USES: list[tuple[str, str, Any]] = [
 def test_a_statement_has_the_effect_that_it_has_in_the_tools(
     body: str, name: str, expected: Any, build: Callable[[str], BuiltinProgram]
 ) -> None:
-    """Source: help of TwinCAT, object action (2530340747); values by hand."""
+    """A name as a statement, and a call with empty arguments, have the effect of the tools.
+
+    Source: help of TwinCAT, object action (2530340747); values by hand.
+    """
     program = build(f"{_BOX}PROGRAM P1;\nVAR {_VARIABLES} END_VAR\n{body}\nEND_PROGRAM\n")
     program.scan(0)
     assert program.read(f"Main.{name}") == expected

@@ -67,7 +67,10 @@ _USES: list[tuple[str, str, Any]] = [
 def test_a_derived_structure_can_be_used_as_its_base(
     body: str, name: str, expected: Any, build: Callable[[str], BuiltinProgram]
 ) -> None:
-    """Source: help of TwinCAT, extending a structure; values by hand."""
+    """A variable of a derived structure is accepted where its base is needed.
+
+    Source: help of TwinCAT, extending a structure; values by hand.
+    """
     start = "d.n := 5; d.t[1] := 7; d2.n := 50; c[1].n := 8;"
     program = build(f"{_TYPES}PROGRAM P1\nVAR {_VARIABLES} END_VAR\n{start}{body}\nEND_PROGRAM\n")
     program.scan(0)

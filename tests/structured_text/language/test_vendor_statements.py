@@ -106,7 +106,7 @@ def _run(build: Build, body: str) -> BuiltinProgram:
 def test_statements_have_the_values_of_a_hand_calculation(
     build: Build, body: str, expected: dict[str, Any] | None
 ) -> None:
-    """Values are by hand.
+    """Statements give values that were calculated by hand.
 
     The rules are from CODESYS help, "ExST Assignment as An Expression" and "Data Type: BIT".
     """

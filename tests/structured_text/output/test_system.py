@@ -106,7 +106,7 @@ def handlers() -> Iterator[None]:
 def test_signals_end_a_command_as_ctrl_c_does(number: signal.Signals) -> None:
     """SIGTERM and SIGHUP raise KeyboardInterrupt, as Ctrl-C does.
 
-    Source: a defect report: SIGTERM leaves no temporary folders; Ctrl-C removes them.
+    Commands then remove their temporary folders.
     """
     for one in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(one, signal.SIG_DFL)
@@ -217,7 +217,7 @@ def test_a_copy_of_the_process_uses_its_pipes_and_ends_with_its_input() -> None:
 def test_a_copy_of_the_process_does_not_inherit_open_files() -> None:
     """A copy of the process does not inherit open files.
 
-    Source: the docstring; an end of a pipe that stays open would keep others from ending.
+    If a copy kept the end of a pipe open, the reader of the pipe would never end.
     """
     code = """
         end, other = os.pipe()
@@ -249,7 +249,7 @@ def test_a_copy_of_the_process_does_not_inherit_open_files() -> None:
 def test_the_exit_code_of_a_copy_shows_how_it_ended(ends: str, expected: int, said: str) -> None:
     """The exit code of a copy tells how its work has ended.
 
-    Source: the docstring; the documentation of `sys.exit`.
+    Source: documentation of `sys.exit`.
     """
     code = f"""
         print("not twice", end=" ")

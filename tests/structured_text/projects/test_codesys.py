@@ -88,7 +88,10 @@ def test_a_task_starts_by_its_variable(settings: str, counts: list[int], tmp_pat
 
 
 def test_a_task_of_the_standard_may_have_a_variable(tmp_path: Path) -> None:
-    """Source: PLCopen TC6 XML 2.01: task, attribute single; IEC 61131-3, table 63: SINGLE."""
+    """A task of IEC 61131-3 may start at a rising edge of its SINGLE variable.
+
+    Source: PLCopen TC6 XML 2.01: task, attribute single; IEC 61131-3, table 63: SINGLE.
+    """
     tasks = '<task name="Edge" single="Cyclic.go" priority="1"><pouInstance name="Count"/></task>'
     tasks += '<task name="Main" interval="PT0.01S" priority="1"><pouInstance name="Cyclic"/></task>'
     file = _project(tmp_path, _device("Plc", tasks, _COUNT + _MAIN))
@@ -146,7 +149,10 @@ def test_a_program_whose_only_task_has_an_unknown_event_can_be_checked(tmp_path:
 
 
 def test_an_interval_may_be_only_in_the_settings_of_the_tool(tmp_path: Path) -> None:
-    """Source: an export of CODESYS: Interval and IntervalUnit of TaskSettings."""
+    """If a task has no interval, the interval in the settings of CODESYS is used.
+
+    Source: an export of CODESYS: Interval and IntervalUnit of TaskSettings.
+    """
     settings = 'KindOfTask="Cyclic" Interval="2500" IntervalUnit="us"'
     tasks = _task("Main", "Count", 'interval="PT0S"', settings)
     project, _ = analyse(source_files(_project(tmp_path, _device("Plc", tasks, _COUNT)), None).all)

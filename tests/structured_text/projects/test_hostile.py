@@ -199,7 +199,10 @@ def test_an_alias_leads_to_a_tag(tags: str, told: str, tmp_path: Path) -> None:
 
 
 def test_an_alias_of_a_controller_may_be_a_tag_of_a_program(tmp_path: Path) -> None:
-    """Source: Logix 5000 controllers I/O and tag data, 1756-PM004: scope of tags."""
+    """An alias tag of the controller may refer to a tag of a program.
+
+    Source: Logix 5000 controllers I/O and tag data, 1756-PM004: scope of tags.
+    """
     tags = '<Tag Name="b" DataType="DINT"/>' + _alias("a", "b") + _alias("c", "a")
     file = _written(tmp_path, "a.L5X", tags=tags, code="a := c;")
     sources = project_sources([file], {})

@@ -74,7 +74,10 @@ def test_an_unknown_name_may_be_of_an_unknown_library(
 
 
 def test_a_namespace_names_its_library(tmp_path: Path) -> None:
-    """Source: Beckhoff Information System, TwinCAT 3 PLC: library reference, Namespace."""
+    """The message about a missing name gives the library of its namespace.
+
+    Source: Beckhoff Information System, TwinCAT 3 PLC: library reference, Namespace.
+    """
     objects = {"MAIN.TcPOU": _program("  a, b : Vlv.Valve;\n  c : Vlv.Pump;", ";")}
     libraries = {"Valves and Pumps": "Vlv", "Others": "O"}
     project = written_project(tmp_path / "P", objects, libraries=libraries)
@@ -96,7 +99,10 @@ def test_a_name_that_the_project_declares_is_not_missing(tmp_path: Path) -> None
 
 
 def test_the_libraries_of_some_names_are_known() -> None:
-    """Source: Beckhoff Information System and CODESYS help: the contents of the libraries."""
+    """`libraries_of` returns the libraries that contain a well-known name.
+
+    Source: Beckhoff Information System and CODESYS help: the contents of the libraries.
+    """
     assert libraries_of("MC_Power") == ["Tc2_MC2", "SM3_Basic"]
     assert libraries_of("AXIS_REF") == ["Tc2_MC2"]
     assert libraries_of("BLINK") == ["Util"]
@@ -341,7 +347,10 @@ def test_arguments_of_declarations_and_constants_of_lists_are_inferred(tmp_path:
 
 
 def test_members_and_fields_are_inferred_from_initial_values_of_arrays(tmp_path: Path) -> None:
-    """Source: CODESYS help, array initialisation; docs/how-to/projects.md."""
+    """The initial values of an array show the fields of an unknown structure.
+
+    Source: CODESYS help, array initialisation; docs/how-to/projects.md.
+    """
     variables = (
         "  kinds : ARRAY[0..1] OF Kind := [Kind.None, Kind.Some];\n"
         "  table : ARRAY[0..1] OF Entry := [(Name := 'a', Number := 1), (Name := 'b')];"

@@ -101,7 +101,10 @@ def test_two_projects_that_do_not_refer_to_each_other_are_two_programs(tmp_path:
 
 
 def test_a_library_without_a_namespace_is_known_by_its_title(tmp_path: Path) -> None:
-    """Source: Beckhoff Information System, TwinCAT 3 PLC: project properties, Common."""
+    """The title of a library is its namespace if the project gives no other.
+
+    Source: Beckhoff Information System, TwinCAT 3 PLC: project properties, Common.
+    """
     library = written_project(tmp_path / "Library", _LIBRARY, "<Title>Parts</Title>")
     body = "PROGRAM MAIN\nVAR\n  a : PARTS.Counter;\nEND_VAR\n---\na();\n"
     machine = written_project(tmp_path / "Machine", {"MAIN.TcPOU": body}, libraries={"Parts": ""})

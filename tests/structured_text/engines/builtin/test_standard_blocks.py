@@ -190,7 +190,10 @@ _TIMES = {"PT": timedelta(0), "ET": timedelta(0)}
 def test_before_its_first_call_each_pin_is_false_or_0_of_its_type(
     build: Build, kind: str, flags: str, others: dict[str, Any]
 ) -> None:
-    """Source: IEC 61131-3 (2003), 2.4.3.1, table 13: default initial values."""
+    """Before its first call, each pin of a standard block has the initial value of its type.
+
+    Source: IEC 61131-3 (2003), 2.4.3.1, table 13: default initial values.
+    """
     program = build(f"PROGRAM P1\nVAR B1 : {kind}; END_VAR\nEND_PROGRAM")
     for pin, value in (dict.fromkeys(flags.split(), False) | others).items():
         found = program.read(f"Main.B1.{pin}")

@@ -93,7 +93,7 @@ AFFECTED = {
     "find": [Row("V : INT; T : STRING := 'aab';", "V := FIND(T, 'ab');", 2)],
     "limit": [Row("V : INT; A : INT := 5;", "V := LIMIT(10, A, 0);", 0)],
     "counters": [
-        # Two edges in one scan.
+        # The counter gets two edges in one scan.
         Row("C : CTU; V : INT;", f"{_TWICE} V := C.CV;", 2),
         Row("C : CTU; V : INT;", f"{_TWICE}\nC(CU := FALSE, CV => V);", 2),
         Row("C : CTUD; V : BOOL;", f"{_TWICE} C(CU := FALSE, CD := TRUE); V := C.QU;", True),
@@ -243,10 +243,7 @@ def test_the_built_in_engine_computes_what_the_standard_says(row: Row, tmp_path:
 @pytest.mark.exhaustive
 @pytest.mark.parametrize(("name", "row"), _ROWS)
 def test_matiec_has_the_fault(name: str, row: Row, tmp_path: Path, matiec: Matiec) -> None:
-    """The installed matiec computes a wrong value, or its C code does not compile.
-
-    Source: the installed matiec.
-    """
+    """The installed matiec computes a wrong value, or its C code does not compile."""
     compiler, versions = find_c_compiler(), faults()[name].versions
     if compiler is None or versions == ("old" if is_new(matiec) else "new"):
         pytest.skip("this version does not have the fault")

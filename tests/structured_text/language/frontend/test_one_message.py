@@ -96,10 +96,7 @@ _STATEMENTS = [
 def test_a_mistake_in_a_body_is_one_message(
     body: str, line: int, column: int, message: str, hint: str, mistakes_of: Errors
 ) -> None:
-    """An error in statements gives one message with line, column and remedy.
-
-    Source: by hand.
-    """
+    """An error in statements gives one message with line, column and remedy."""
     source = f"PROGRAM P1\nVAR I : INT; B : BOOL; END_VAR\n{body}\nEND_PROGRAM\n"
     (error,) = mistakes_of(source)
     assert (error.line, error.column) == (line, column)
@@ -136,8 +133,6 @@ def test_a_mistake_in_a_declaration_is_one_message(
     """An error in a declaration gives one message with line, column and remedy.
 
     Each keyword that is used as a name has its own message.
-
-    Source: by hand.
     """
     first, *others = mistakes_of(source)
     assert (first.line, first.message, first.hint) == (line, message, hint)
@@ -145,10 +140,7 @@ def test_a_mistake_in_a_declaration_is_one_message(
 
 
 def test_what_follows_a_missing_end_is_checked_too(mistakes_of: Errors) -> None:
-    """A FOR and an IF without an end are reported, and the next POU is still checked.
-
-    Source: by hand.
-    """
+    """A FOR and an IF without an end are reported, and the next POU is still checked."""
     source = (
         "FUNCTION_BLOCK B1\nVAR I : INT; END_VAR\nFOR I := 1 TO 3 DO\nIF I = 1 THEN\nI := 2;\n"
         "END_FUNCTION_BLOCK\nPROGRAM P1\nVAR A : B1; I : INT; END_VAR\nI := Nothing;\nEND_PROGRAM\n"
@@ -174,10 +166,7 @@ def test_what_follows_a_missing_end_is_checked_too(mistakes_of: Errors) -> None:
 def test_a_declaration_without_its_end_is_named(
     source: str, line: int, message: str, mistakes_of: Errors
 ) -> None:
-    """The missing end is reported, and the next program is still checked.
-
-    Source: by hand.
-    """
+    """The missing end is reported, and the next program is still checked."""
     rest = "PROGRAM P1\nVAR A : INT; END_VAR\nA := Nothing;\nEND_PROGRAM\n"
     first, second = mistakes_of(source + rest)
     assert (first.line, first.message) == (line, message)
@@ -195,10 +184,7 @@ def test_a_declaration_without_its_end_is_named(
 def test_a_section_without_its_end_is_named(
     section: str, line: int, message: str, before: str, mistakes_of: Errors
 ) -> None:
-    """A section without END_VAR is reported by its keyword, with the place for END_VAR.
-
-    Source: by hand.
-    """
+    """A section without END_VAR is reported by its keyword, with the place for END_VAR."""
     (error,) = mistakes_of(f"FUNCTION_BLOCK B1\n{section}\nEND_FUNCTION_BLOCK\n")
     assert (error.line, error.message) == (line, f"{message} has no END_VAR")
     assert error.hint == f"write END_VAR before the {before}"
@@ -252,10 +238,7 @@ def test_words_that_are_not_keywords_may_be_names(body: str, mistakes_of: Errors
 def test_a_similar_name_is_proposed_for_an_unknown_type(
     name: str, hint: str, mistakes_of: Errors
 ) -> None:
-    """The message about an unknown type proposes a similar name.
-
-    Source: by hand.
-    """
+    """The message about an unknown type proposes a similar name."""
     (error,) = mistakes_of(
         "TYPE POSITION_T : STRUCT X : INT; END_STRUCT; END_TYPE\n"
         "FUNCTION_BLOCK FB_Pump VAR N : INT; END_VAR N := 1; END_FUNCTION_BLOCK\n"
@@ -265,10 +248,7 @@ def test_a_similar_name_is_proposed_for_an_unknown_type(
 
 
 def test_case_and_underscores_do_not_count_for_similar_names() -> None:
-    """Names that differ only in case and underscores are similar.
-
-    Source: by hand.
-    """
+    """Names that differ only in case and underscores are similar."""
     assert similar("FB_MOVE_PTP", ["FB_MovePtp", "FB_Jog"]) == ["FB_MovePtp"]
     assert similar("Axis", ["FB_MovePtp", "FB_Jog"]) == []
 

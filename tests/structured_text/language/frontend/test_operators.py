@@ -33,7 +33,10 @@ _RANKS = ["OR", "XOR", "AND", "=", "<", "+", "*", "**"]
 
 @pytest.mark.parametrize("rank", range(len(_RANKS) - 1))
 def test_an_operator_binds_more_strongly_than_operators_of_lower_precedence(rank: int) -> None:
-    """Source: IEC 61131-3 (2003), annex B.3.1: expressions."""
+    """The expression is bracketed according to the precedence of its operators.
+
+    Source: IEC 61131-3 (2003), annex B.3.1: expressions.
+    """
     weak, strong = _RANKS[rank], _RANKS[rank + 1]
     assert _shown(_parsed(f"a {weak} b {strong} c")) == f"(a {weak} (b {strong} c))"
     assert _shown(_parsed(f"a {strong} b {weak} c")) == f"((a {strong} b) {weak} c)"
@@ -46,20 +49,29 @@ def test_an_operator_binds_more_strongly_than_operators_of_lower_precedence(rank
 def test_operators_of_equal_precedence_are_evaluated_from_left_to_right(
     one: str, other: str
 ) -> None:
-    """Source: IEC 61131-3 (2003), 3.3.1: of equal precedence, from left to right."""
+    """Operations of equal precedence are bracketed from left to right.
+
+    Source: IEC 61131-3 (2003), 3.3.1: of equal precedence, from left to right.
+    """
     first, second = (name.replace("&", "AND") for name in (one, other))
     assert _shown(_parsed(f"a {one} b {other} c")) == f"((a {first} b) {second} c)"
     assert _shown(_parsed(f"a {other} b {one} c")) == f"((a {second} b) {first} c)"
 
 
 def test_a_weaker_operator_takes_the_whole_expression_before_it_as_its_operand() -> None:
-    """Source: IEC 61131-3 (2003), annex B.3.1: expressions."""
+    """A long expression with all operators is bracketed by their precedence.
+
+    Source: IEC 61131-3 (2003), annex B.3.1: expressions.
+    """
     found = _shown(_parsed("a OR b AND c = d + e * f ** g - h > i XOR NOT j"))
     assert found == "(a OR ((b AND (c = (((d + (e * (f ** g))) - h) > i))) XOR (NOT j)))"
 
 
 def test_sign_and_not_bind_most_and_brackets_count() -> None:
-    """Source: IEC 61131-3 (2003), annex B.3.1: expressions."""
+    """A sign and NOT bind more than all other operators; brackets are respected.
+
+    Source: IEC 61131-3 (2003), annex B.3.1: expressions.
+    """
     assert _shown(_parsed("-a ** b * (c + d)")) == "(((- a) ** b) * (c + d))"
     assert _shown(_parsed("NOT a AND b")) == "((NOT a) AND b)"
 
