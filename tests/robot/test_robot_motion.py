@@ -68,7 +68,7 @@ def test_all_axes_start_and_end_together() -> None:
     assert movement.duration_us == 300000
     movement.advance(150000, positions, {})
     assert positions == [50000, -25000, 7]
-    movement.advance(50000, positions, {})  # 5 000 000 / 2 * 0.05^2
+    movement.advance(50000, positions, {})  # distance in 0.05 s: 5 000 000 / 2 * 0.05^2
     assert positions == [6250, -3125, 7]
     movement.advance(250000, positions, {})
     assert positions == [93750, -46875, 7]

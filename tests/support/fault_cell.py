@@ -251,7 +251,7 @@ class FaultCell:
         return Pins(bool(done), bool(busy), bool(error), number, bool(active), bool(aborted))
 
     def start(self, on: bool) -> None:
-        """Set Execute or Enable."""
+        """Set the block's start pin: Execute or Enable."""
         self[f"Block.{self.start_pin}"] = on
 
     def on(self, output: str) -> bool:

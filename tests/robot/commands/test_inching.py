@@ -114,7 +114,9 @@ def test_inching_that_the_stop_input_stops_shows_no_position(code: int) -> None:
 
 @pytest.mark.parametrize(("code", "expected"), [(CARTESIAN, [71, 71]), (TOOL, [0, 100])])
 def test_inching_moves_along_turned_coordinates(code: int, expected: list[int]) -> None:
-    """The shift is turned by 45 degrees, the hand by 90 degrees; 100 / sqrt(2) is 70.7.
+    """The shift turns by 45 degrees, and the hand by 90 degrees.
+
+    100 pulses along a coordinate turned by 45 degrees are 100 / sqrt(2) = 70.7 pulses of each axis.
 
     Rule: coordinates.
     """

@@ -86,7 +86,7 @@ def test_a_program_moves_to_the_task_where_it_is_registered_anew() -> None:
 
 
 def test_a_program_that_lost_its_task_can_be_started_by_another_program() -> None:
-    """A program lost its task to a second program, which can start it again.
+    """A second program has taken the task of the first program, and starts the first program.
 
     The first program had stopped in its second line. It starts at its first line, in the next
     vacant task.

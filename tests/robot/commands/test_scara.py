@@ -120,7 +120,7 @@ def test_with_ptp_the_joints_turn_evenly_and_the_tool_moves_on_a_curve() -> None
 
 
 def test_a_line_is_straight_in_millimetres() -> None:
-    """Y stays 240 mm within a pulse of each axis: 0.4 / 2900 degrees are 0.0024 mm each.
+    """Y stays at 240 mm, except for rounding to pulses (0.0024 mm for each axis).
 
     The hand system and R do not change.
     """

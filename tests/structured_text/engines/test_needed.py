@@ -18,7 +18,7 @@ def _files(folder: Path, **texts: str) -> dict[str, Path]:
 
 
 _ONE = "FUNCTION_BLOCK FB_One END_FUNCTION_BLOCK"
-#: The program, the library files, and the files among them that it needs.
+#: Cases: the program, the library files, and the library files that the program needs.
 _CASES = {
     "a used file, with the files that it needs": (
         "PROGRAM Main VAR a : fb_one; END_VAR END_PROGRAM",

@@ -259,7 +259,7 @@ def test_each_construct_is_named_as_not_portable(row: Row, written: Callable[[Ro
             refuse(project.uses, "rcx prove", TRANSLATED)
 
 
-#: matiec ignores the pragmas, so its program has the statements of all branches.
+#: Constructs with pragmas. matiec ignores the pragmas and compiles the statements of all branches.
 _ALL_BRANCHES = ("conditional compilation",)
 
 

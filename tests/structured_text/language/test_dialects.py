@@ -164,7 +164,7 @@ def _count(program: BuiltinProgram, pin: str, pulses: int) -> None:
 @pytest.mark.parametrize(
     ("dialect", "up", "down", "parts", "free"),
     [
-        # PV 3, five up, two down: matiec stops at 3.
+        # With PV 3, five edges up and two down: matiec stops counting at 3.
         ("iec", 5, -5, 3, 3),
         ("openplc", 2, 0, 1, 0),
         ("codesys", 5, 0, 3, 3),
@@ -455,8 +455,8 @@ END_CONFIGURATION
         ("1s", None, 200, 2),
         ("1s", "5ms", 400, 2),
         ("1s", "20ms", 100, 2),
-        ("25ms", None, 400, 80),  # The scan is 5 ms, so that the task keeps its interval.
-        ("4ms", None, 1000, 500),  # The scan is 2 ms.
+        ("25ms", None, 400, 80),  # A scan of 5 ms fits the interval of the task.
+        ("4ms", None, 1000, 500),  # A task of 4 ms needs a scan of 2 ms.
     ],
 )
 def test_a_program_without_a_task_runs_in_each_scan_and_the_task_at_its_interval(

@@ -65,9 +65,9 @@ def _run(build: Build, body: str, scans: int = 1) -> BuiltinProgram:
 @pytest.mark.parametrize(
     ("statement", "expected"),
     [
-        ("I := 1;", "tefn"),  # no exception: __CATCH is left out
+        ("I := 1;", "tefn"),  # without an exception, __CATCH is not executed
         ("I := 1 / Z;", "tcfn"),  # the rest of __TRY is not executed
-        ("W();", "tcfn"),  # an exception in a call
+        ("W();", "tcfn"),  # the exception occurs in a called function
     ],
 )
 def test_finally_runs_with_and_without_an_exception(

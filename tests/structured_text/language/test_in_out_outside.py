@@ -38,7 +38,7 @@ PROGRAM P WITH T1 : Main;
 END_RESOURCE
 END_CONFIGURATION
 """
-#: Before, After, Later in three scans. X is 0, 1, 1 before the calls.
+#: Expected values of Before, After and Later in three scans. X is 0, 1, 1 before the calls.
 _EXPECTED = [(0, 20, 20), (20, 3, 3), (3, 3, 3)]
 
 

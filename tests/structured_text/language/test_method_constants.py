@@ -80,7 +80,7 @@ def test_constants_of_the_block_are_defaults_and_initial_values(
         " END_VAR\na.cmd.a := 3; x := a.Values(); y := a.Values(k := 1); z := d.a;\nEND_PROGRAM\n"
     )
     program.scan(0)
-    # k = 5, i = 14, copy.a = 3; the array only has to be accepted.
+    # Expected: k = 5, i = 14, copy.a = 3. The declaration of the array only has to be accepted.
     assert [program.read(f"Main.{name}") for name in ("x", "y", "z")] == [5143, 1143, 6]
 
 

@@ -283,7 +283,7 @@ def test_fb_init_runs_once_before_the_first_scan(build: Build) -> None:
     assert program.read("Main.M.Axis.Number") == 3
 
 
-#: Text between FUNCTION_BLOCK and END_FUNCTION_BLOCK.
+#: Wrong declarations: the text between FUNCTION_BLOCK and END_FUNCTION_BLOCK.
 _REFUSED = [
     ("A EXTENDS B", "B is not a function block"),
     ("A EXTENDS TON", "TON is not a function block"),

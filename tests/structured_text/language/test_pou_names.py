@@ -92,13 +92,13 @@ def test_a_position_names_the_line_and_in_statements_the_column(build: Build) ->
 @pytest.mark.parametrize(
     ("argument", "size"),
     [
-        ("X", 10),  # ARRAY of five INT
+        ("X", 10),  # an ARRAY of five INT
         ("INT", 2),
-        ("B", 16),  # pointer to the methods 4, BYTE 1 + 3, DINT 4, BOOL 1 + 3
+        ("B", 16),  # pointer to the methods: 4 bytes; BYTE: 1 + 3; DINT: 4; BOOL: 1 + 3
         ("L", 32),  # two blocks of 16 bytes
         ("FB1", 16),
-        ("S", 20),  # INT 2 + 2, then the block
-        ("D", 20),  # first the variables of the base, then DINT 4
+        ("S", 20),  # INT: 2 + 2 bytes, then the block
+        ("D", 20),  # the variables of the base, then DINT: 4 bytes
     ],
 )
 def test_sizes_of_blocks_are_those_of_structures_with_a_pointer_before_them(

@@ -173,7 +173,8 @@ _TWO = (
     "CONFIGURATION C RESOURCE R ON PLC TASK T (INTERVAL := T#10ms, PRIORITY := 1);\n"
     "PROGRAM A WITH T : Counter; PROGRAM B WITH T : Start; END_RESOURCE END_CONFIGURATION\n"
 )
-#: The source, the number of scans (every 10 ms, the first at 10 ms), and the values afterwards.
+#: Cases: the source, the number of scans (every 10 ms, the first at 10 ms), and the values after
+#: them.
 _RUNS: dict[str, tuple[str, int, dict[str, Any]]] = {
     "a program name means its instance in the configuration": (
         "PROGRAM Start VAR Seen : INT; END_VAR Seen := Counter.N; END_PROGRAM\n"

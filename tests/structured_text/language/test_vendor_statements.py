@@ -66,7 +66,7 @@ def _run(build: Build, body: str) -> BuiltinProgram:
         ("I := F1.Add(EN := B, A := 2); J := F1.Add(EN := NOT B, A := 2);", {"I": 0, "J": 9}),
         ("F1.Add(EN := B, A := 2); F1.Add(A := 3, ENO => B);", {"F1.N": 4, "B": True}),
         ("A[2] := MAX(EN := TRUE, IN1 := 7, IN2 := 9, ENO => W.3);", {"A[2]": 9, "W": 8}),
-        # A function that declares EN and ENO itself: they are ordinary pins.
+        # In a function that declares EN and ENO itself, both are ordinary pins.
         ("I := F_Own(EN := FALSE, X := 4, ENO => B);", {"I": 8, "B": True}),
         # Assignments in expressions.
         ("WHILE (I := I + 1) < 5 DO J := J + I; END_WHILE;", {"I": 5, "J": 10}),

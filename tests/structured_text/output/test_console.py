@@ -75,7 +75,7 @@ def test_a_name_is_quoted_where_a_shell_would_take_it_apart(name: str, expected:
         ("\r\nrcx: fake\t", r"\r\nrcx: fake\t"),
         ("\x9b31m\x85", r"\x9b31m\x85"),  # C1 control characters of ISO 8859-1
         ("Größe \u65e5\u672c", "Größe \u65e5\u672c"),
-        ("\u202eevil\u2028", r"\u202eevil\u2028"),  # right to left, line separator
+        ("\u202eevil\u2028", r"\u202eevil\u2028"),  # a right-to-left mark and a line separator
     ],
 )
 def test_unprintable_characters_are_shown_as_codes(text: str, shown: str) -> None:

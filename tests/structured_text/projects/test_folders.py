@@ -87,7 +87,8 @@ def test_a_folder_with_an_older_time_is_read_again(folder: Path) -> None:
     before = folder.stat()
     _names(folder)
     (folder / "c.st").touch()
-    while folder.stat().st_ctime_ns == before.st_ctime_ns:  # until the file system's clock advances
+    # wait until the file system's clock advances
+    while folder.stat().st_ctime_ns == before.st_ctime_ns:
         os.utime(folder, (_LONG_AGO, _LONG_AGO))
     os.utime(folder, (_LONG_AGO, _LONG_AGO))
     assert folder.stat().st_mtime_ns == before.st_mtime_ns

@@ -111,10 +111,10 @@ def test_a_literal_has_its_standard_value(run: Run, literal: str, kind: str, val
         ("DT_TO_STRING", "STRING", "DT#2024-02-29-13:30:00", "DT#2024-02-29-13:30:00"),
     ],
 )
-def test_a_conversion_gives_what_fits_the_target(
+def test_a_conversion_gives_the_calculated_value(
     run: Run, conversion: str, kind: str, value: str, result: Any
 ) -> None:
-    """The result of a conversion is cut to the target type.
+    """A conversion gives the value that was calculated by hand.
 
     These conversions are not in `standard_table`.
     """
@@ -146,9 +146,9 @@ def test_code_in_many_brackets_has_its_value(run: Run, depth: int) -> None:
     ],
 )
 def test_functions_take_untyped_numbers(run: Run, call: str, kind: str, value: Any) -> None:
-    """MUX and a few other functions accept untyped numbers.
+    """These functions accept untyped numbers.
 
-    `standard_table` has the remaining functions.
+    `standard_table` has the other functions with untyped numbers.
     """
     assert run(f"X : {kind};", f"X := {call};", "X") == value
 

@@ -55,7 +55,7 @@ def test_a_call_as_the_end_value_of_a_for_loop_runs_once(run: Run, end: str) -> 
     assert run("I, N, C : INT;", body, "N C", before) == (3 if "1" in end else 2, 1)
 
 
-#: Variables, statements, checked variables, their values, and the text before the program.
+#: Cases: variables, statements, checked variables, their values, and the text before the program.
 _CASES = {
     "a FOR loop includes its end and may run no times": (
         "I : INT; N : INT; M : INT; Sum : INT; Z : INT;",

@@ -17,9 +17,9 @@ Errors = Callable[..., list[InputError]]
 
 _IF = "the IF of this line has no END_IF"
 
-#: Statements from line 3 on, with the message: its line and column, its text, and its hint.
+#: Cases: statements from line 3 on; line, column and text of the message; its hint.
 _STATEMENTS = [
-    # The end of a group is missing.
+    # The end of a statement such as IF or FOR is missing.
     ("IF B THEN\n I := 1;", 3, 1, _IF, "write END_IF before the END_PROGRAM of line 5"),
     ("IF B THEN\n I := 1;\nIF B THEN\n I := 2;\nEND_IF;", 3, 1, _IF,
      "write END_IF before the END_PROGRAM of line 8"),
@@ -33,7 +33,7 @@ _STATEMENTS = [
     # ELSE IF.
     ("IF B THEN\n I := 1;\nELSE IF I = 2 THEN\n I := 3;\nEND_IF;", 5, 1,
      "ELSE IF opens a second IF, so the IF of line 3 has no END_IF", "write ELSIF"),
-    # A group has the end of another kind, or a word of another language.
+    # A statement has the end of another statement, or a word of another language.
     ("IF B THEN\n I := 1;\nEND_WHILE;", 5, 1, "END_WHILE does not end the IF of line 3",
      "write END_IF"),
     ("IF B THEN\n I := 1;\nELSEIF I = 2 THEN\n I := 2;\nEND_IF;", 5, 1,
