@@ -160,7 +160,7 @@ def test_a_controller_without_a_robot_file_is_the_one_of_the_list() -> None:
     assert flags == {*_FALSE.split(), *_TRUE.split()}
 
 
-def test_the_defaults_of_an_axis_and_of_a_program() -> None:
+def test_an_axis_and_a_program_have_their_defaults() -> None:
     """The default axis reaches 1 m to both sides, with 1000 pulses/mm and no workpiece."""
     assert _defaults(Axis) == {
         "robot": 1,

@@ -111,7 +111,7 @@ def test_a_program_that_never_waits_leaves_time_for_the_others() -> None:
 
 
 @pytest.mark.parametrize(("knob", "at_rest"), [(True, 5), (False, 0)])
-def test_words_shared_with_the_response(knob: bool, at_rest: int) -> None:
+def test_words_of_the_program_are_shared_with_the_response(knob: bool, at_rest: int) -> None:
     """While a status is shown, SOW(2) is the response. Otherwise it is the program's word.
 
     Rule: shared-words.

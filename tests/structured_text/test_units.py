@@ -1,4 +1,4 @@
-"""Durations are read as written by people, in ST and in Python."""
+"""Durations are read as people write them, as ST literals, and from Python values."""
 
 from __future__ import annotations
 

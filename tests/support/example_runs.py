@@ -65,4 +65,4 @@ def changes(lines: Iterable[str]) -> Iterator[str]:
 
 def _short(area: str) -> str:
     short = area.rstrip("0")
-    return short + "0" * (len(short) % 2) or area[:2]  # no area is not an area of zeros
+    return short + "0" * (len(short) % 2) or area[:2]  # None differs from an area of zeros

@@ -46,7 +46,7 @@ class ModbusPlc:
         self.start()
 
     def start(self) -> None:
-        """Start the server, on the same port as before."""
+        """Start the server. After a stop it uses the same port again."""
         self._run(self._start())
 
     def stop(self) -> None:

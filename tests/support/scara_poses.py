@@ -27,7 +27,7 @@ from structured_text.projects.needed import needed
 
 #: Pulses are not compared if axis 2 is closer than this angle to the stretched or folded arm [deg].
 _NEAR = 20.0
-#: Limit above which pulses belong to another pose: above rounding, far below a turn [pulse].
+#: If pulses differ by more than this limit, they belong to another pose [pulse].
 _SAME = 1000
 _MOST_HAND, _MOST_SHIFT = 300, 500
 #: Additional tolerance for a shift and a hand on the R axis, and another for distant zeros [pulse].

@@ -357,7 +357,9 @@ def test_an_axis_does_not_exceed_its_acceleration_at_a_corner() -> None:
 
 
 def test_an_interrupted_path_continues_from_where_the_robot_stands() -> None:
-    """The stop comes on the second line; the robot does not go back to the first.
+    """A stop comes while the robot is on the second line of the path.
+
+    It does not go back to the first line.
 
     Rule: robot-language.
     Source: manual, chapter 1, 4.2 (SI(06), SI(12))

@@ -279,7 +279,7 @@ def test_a_line_that_is_not_an_entry_of_its_section_is_named(tmp_path: Path) -> 
 
 
 def test_a_task_behind_the_last_statement_is_in_the_last_line() -> None:
-    """The program has two statements and a comment in line 3.
+    """A task that has executed all statements is in the last line, which is a comment here.
 
     Rule: robot-language.
     """

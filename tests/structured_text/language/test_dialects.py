@@ -286,7 +286,7 @@ END_PROGRAM
 
 @pytest.mark.parametrize("dialect", ["codesys", "twincat", "logix"])
 def test_short_integers_are_calculated_as_dint(speak: Build, dialect: str) -> None:
-    """In CODESYS, SINT and INT are calculated as DINT. The last example is from SA0066.
+    """In CODESYS, SINT and INT are calculated as DINT.
 
     Source: CODESYS help, operators, overflow in the data type; Static Analysis SA0066.
     """

@@ -63,8 +63,9 @@ def test_the_name_of_a_pou_is_qualified_with_its_block(build: Build) -> None:
 def test_pouname_in_a_list_of_globals_and_in_a_structure_gives_its_own_name(build: Build) -> None:
     """In a list of globals, __POUNAME() gives the name of the list.
 
-    In a structure it gives the name of the structure. Source: help of CODESYS, "Operator
-    __POUNAME".
+    In a structure it gives the name of the structure.
+
+    Source: help of CODESYS, "Operator __POUNAME".
     """
     program = build(
         "VAR_GLOBAL G : STRING := __POUNAME(); END_VAR\n"
@@ -106,7 +107,9 @@ def test_sizes_of_blocks_are_those_of_structures_with_a_pointer_before_them(
 ) -> None:
     """A block has the size of a structure that begins with a pointer.
 
-    Each tool differs, so this layout is assumed. Source: help of CODESYS, "XSIZEOF".
+    Each tool differs, so this layout is assumed.
+
+    Source: help of CODESYS, "XSIZEOF".
     """
     program = build(
         "FUNCTION_BLOCK FB1 VAR_INPUT A : BYTE; C : DINT; E : BOOL; END_VAR ; END_FUNCTION_BLOCK\n"

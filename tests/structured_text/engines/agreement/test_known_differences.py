@@ -32,7 +32,7 @@ def test_a_for_loop_from_0_to_0_runs_once(tmp_path: Path) -> None:
     assert (seen["Rounds"], seen["Single"]) == (1, 1)
 
 
-def test_durations_that_add_up_to_whole_seconds_compare_as_such(tmp_path: Path) -> None:
+def test_sums_of_durations_that_give_whole_seconds_compare_correctly(tmp_path: Path) -> None:
     """In matiec, T#500ms + T#500ms has 0 s and 1000 ms, and compares as less than 1 s."""
     seen = _values(
         tmp_path,

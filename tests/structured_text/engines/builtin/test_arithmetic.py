@@ -146,7 +146,7 @@ def test_code_in_many_brackets_has_its_value(run: Run, depth: int) -> None:
     ],
 )
 def test_functions_take_untyped_numbers(run: Run, call: str, kind: str, value: Any) -> None:
-    """These functions accept untyped numbers.
+    """Standard functions such as LIMIT and MUX accept untyped numbers.
 
     `standard_table` has the other functions with untyped numbers.
     """

@@ -141,7 +141,7 @@ _COUNTERS = [
 @pytest.mark.parametrize(
     ("kind", "levels", "changes", "outputs", "step"), [*_TIMERS, *_EDGES, *_COUNTERS]
 )
-def test_a_standard_block(
+def test_a_standard_block_has_the_outputs_of_the_standard(
     build: Build,
     kind: str,
     levels: dict[str, str],
