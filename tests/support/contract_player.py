@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Sequence
 from typing import NamedTuple
 
-#: Longer than the Timeout of the blocks, shorter than twice the Timeout [scans].
+#: Delay of an answer that comes after the blocks' Timeout, but before twice the Timeout [scans].
 TOO_LATE = 14
 
 _ENDLESS = 1 << 30

@@ -46,7 +46,7 @@ class Pattern(NamedTuple):
     toggles: bool = False
 
     def execute(self, scan: int) -> bool:
-        """Return Execute for this scan after the start, while the block has not ended."""
+        """Return the value of Execute in this scan, counted from the start of the block."""
         return scan % 2 == 0 if self.toggles else scan < self.scans
 
 

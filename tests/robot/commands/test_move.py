@@ -26,7 +26,7 @@ def test_the_speed_in_percent_is_of_the_automatic_speed_and_the_direct_one_of_th
     """20 % of 50 % automatic speed is as fast as 10.00 % direct.
 
     100 000 pulses at 100 000/s
-    take 0.02 s up, 0.98 s at constant speed and 0.02 s down.
+    take 0.02 s for acceleration, 0.98 s at constant speed and 0.02 s for braking.
 
     Source: remote command guide 4.2.1, bb
     """

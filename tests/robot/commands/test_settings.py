@@ -72,8 +72,8 @@ def test_a_key_decides_whether_settings_survive_a_power_cycle(loses: bool) -> No
 def test_automatic_and_program_speed_slow_a_movement_down(setting: int) -> None:
     """A movement of 100 000 pulses runs at 50 % of 1 000 000 pulses/s with 5 000 000 pulses/s^2.
 
-    It takes 0.1 s up, 0.1 s at 500 000 pulses/s and 0.1 s down, plus the cycle that accepts the
-    command.
+    It takes 0.1 s for acceleration, 0.1 s at constant speed and 0.1 s for braking, plus the cycle
+    that accepts the command.
 
     Source: remote command guide 4.2.15, 4.2.16
     """
