@@ -88,7 +88,7 @@ def _messages(lib: Path, block: str) -> Iterator[str]:
                 _JOB,
                 "    ELSIF Longest = 0 OR Waited < Longest THEN\n",
                 "    ELSIF Longest >= 0 THEN\n",
-                "it hangs: Busy for more than 40 scans",
+                "the block hangs: Busy for more than 40 scans",
             ),
             (
                 "Done without the answer",
@@ -96,7 +96,7 @@ def _messages(lib: Path, block: str) -> Iterator[str]:
                 _JOB,
                 "Active AND Armed AND Applied AND Answer <> WORD#16#0000 THEN",
                 "Active AND Armed AND Applied THEN",
-                "Done/Valid, but the controller does not say so",
+                "Done/Valid, but the controller's outputs do not confirm it",
             ),
             (
                 "the data come with the code",
@@ -136,7 +136,7 @@ def _messages(lib: Path, block: str) -> Iterator[str]:
                 _TAKE_HEAD,
                 "    Robot.Inner.Answer := WORD#16#8020; (* Abnormal end *)\n",
                 "    Robot.Inner.Answer := WORD#16#0200;\n",
-                "the end is Done/Valid, but that is not what happened",
+                "the block ended with Done/Valid, but its cause did not occur",
             ),
             (
                 "the group is not that of the alarm",
@@ -179,7 +179,7 @@ def _messages(lib: Path, block: str) -> Iterator[str]:
                 _IDLE,
                 f"  IF Robot.SO.SO03_Alarm THEN\n"
                 f"    Robot.Inner.Request := WORD#16#0002;\n  END_IF;\n{_IDLE}",
-                "a request goes out unasked",
+                "an input is switched ON without a request",
             ),
             (
                 "a wrong code",
@@ -187,7 +187,7 @@ def _messages(lib: Path, block: str) -> Iterator[str]:
                 "command/definition/FB_ReadPoint.st",
                 "WORD#16#0101",
                 "WORD#16#0102",
-                "the code 0x0102 is not this block's",
+                "the code 0x0102 is not a command of this block",
             ),
             (
                 "a jog that is not stopped",
@@ -195,7 +195,7 @@ def _messages(lib: Path, block: str) -> Iterator[str]:
                 _JOG,
                 "Robot.Inner.StopJog := Robot.Inner.StopJog OR (Out AND Halt AND Job.Busy);",
                 "Robot.Inner.StopJog := Robot.Inner.StopJog OR (Out AND Halt AND NOT Job.Busy);",
-                "the jog goes on with SI(06) ON although Enable is FALSE",
+                "the jog continues with SI(06) ON although Enable is FALSE",
             ),
             (
                 "a level block that is Valid without Enable",

@@ -73,7 +73,7 @@ class _Level:
         if pins.done and not all(
             self.cell.on(name) is on for name, on in self.scenario.means.items()
         ):
-            self.cell.fail("Valid, but the controller does not say so")
+            self.cell.fail("Valid, but the controller's outputs do not confirm it")
 
 
 @cache
