@@ -1,4 +1,4 @@
-"""A record has the checksum of zlib, and survives the virtual controller."""
+"""A record has the CRC-32 of zlib, and loses no data if a virtual controller stores it."""
 
 from __future__ import annotations
 
@@ -91,8 +91,10 @@ def _run(cell: Cell, block: str, **inputs: object) -> object:
 
 
 @pytest.mark.parametrize("kind", list(_CODES))
-def test_what_one_controller_has_another_one_gets_without_a_loss(kind: str) -> None:
-    """The record has the largest numbers and all flags. Nothing is rounded.
+def test_a_record_is_copied_to_another_controller_without_loss(kind: str) -> None:
+    """A record that is written to another controller arrives there without a difference.
+
+    The record has the largest numbers and all flags. Nothing is rounded.
 
     Source: guide 4.3.1 to 4.3.5.
     """
