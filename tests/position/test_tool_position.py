@@ -390,7 +390,7 @@ def test_an_illegal_robot_number_is_refused_without_a_telegram(number: int, erro
     assert not any(plc.words)
 
 
-def test_an_answer_that_does_not_come_ends_it_at_timeout() -> None:
+def test_a_missing_answer_ends_the_block_after_timeout() -> None:
     """Source: docs/reference/errors.md, 16#8011."""
     plc = _plc(Enable=True, Timeout="T#100ms")
     plc.scan_until(lambda: bool(plc["Position.Error"]), most=12)
