@@ -64,9 +64,7 @@ class Table:
 
     @property
     def shown(self) -> str:
-        """Return V (Valid), B (Busy), E (Error) or - for each robot, with * for a holder of the
-        area.
-        """
+        """Return V (Valid), B (Busy), E (Error) or - per robot, with * for a holder."""
         letters = []
         for k in _ROBOTS:
             on = [name[0] for name in ("Valid", "Busy", "Error") if self[f"Lock{k}.{name}"]]
