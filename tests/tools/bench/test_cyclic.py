@@ -1,4 +1,4 @@
-"""The cyclic bench has a plan of runs, and starts its processes in order."""
+"""The benchmark of cyclic I/O has a plan of runs, and starts its processes in order."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def test_a_line_tells_of_each_run(
 
 
 def test_all_processes_are_there_before_the_first_packet(monkeypatch: pytest.MonkeyPatch) -> None:
-    """All processes start before the first packet, because packets would delay their start.
+    """All processes have started before the first packet, because packets would delay their start.
 
     Source: sched(7): a process with SCHED_FIFO runs until it waits.
     """

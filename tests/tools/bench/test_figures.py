@@ -1,4 +1,4 @@
-"""The bench calculates and reports its figures; only `make bench` measures."""
+"""The benchmark calculates and reports its figures. Only `make bench` measures."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_under_a_flood_the_rate_is_compared_with_the_quiet_run() -> None:
 
 
 def test_without_priority_it_misses_no_more_than_a_bare_timer_and_is_hardly_later() -> None:
-    """Source: timing.md: at 2 ms p99 within 1.1 of the timer's, no more missing."""
+    """Source: timing.md: at 2 ms, p99 is at most 1.1 times the p99 of the bare timer."""
     case = Case(2_000, 1, flooded=False, ordinary=True)
     good = figures(Run(case, 60.0, 59_000, 60_000.0, 3, 1_999, 2_300, 2_100, 3, 25.0), None)
     bad = figures(Run(case, 60.0, 59_000, 60_000.0, 4, 1_999, 2_320, 2_100, 3, 25.0), None)
@@ -100,7 +100,7 @@ def test_limits_belong_to_what_meets_them() -> None:
 
 
 def test_what_is_named_out_of_reach_is_not_missed() -> None:
-    """Source: docs/explanation/timing.md: it is listed apart."""
+    """Source: docs/explanation/timing.md: targets out of reach are listed separately."""
     beyond = at_least(1, "x", 2, "peer" + OUT_OF_REACH)
     assert not beyond.met
     assert not beyond.missed

@@ -1,4 +1,4 @@
-"""Refused files have a kind: a gap of the front end, a missing library, or another reason."""
+"""Refused files are classified: a gap of the front end, a missing library, or another reason."""
 
 from __future__ import annotations
 
@@ -74,7 +74,10 @@ def test_a_file_with_a_gap_and_a_missing_library_counts_as_a_gap(tmp_path: Path)
 
 
 def test_what_follows_from_another_declaration_has_its_kind(tmp_path: Path) -> None:
-    """FB_C and FB_E use blocks that are refused, and have no error of their own."""
+    """An error that only follows from a refused declaration is classified separately.
+
+    FB_C and FB_E use blocks that are refused, and have no errors themselves.
+    """
     sources = {
         "FB_B": "FUNCTION_BLOCK FB_B\nVAR_INPUT A : OnDelay; END_VAR\n;\nEND_FUNCTION_BLOCK\n",
         "FB_C": "FUNCTION_BLOCK FB_C\nVAR B : FB_B; END_VAR\nB(A := 1);\nEND_FUNCTION_BLOCK\n",
@@ -104,7 +107,7 @@ def test_a_reviewed_refusal_is_right(tmp_path: Path) -> None:
 
 
 def test_every_error_counts_however_many_there_are(tmp_path: Path) -> None:
-    """The number of messages is limited. A file without a shown error still counts as refused."""
+    """Every file with an error counts as refused, although the number of messages is limited."""
     body = "".join("A := TRUE;\n" for _ in range(300))
     text = f"FUNCTION_BLOCK {{0}}\nVAR A : INT; END_VAR\n{body}END_FUNCTION_BLOCK\n"
     sources = {f"FB_{number}": text.format(f"FB_{number}") for number in range(4)}

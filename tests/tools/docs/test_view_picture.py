@@ -1,4 +1,4 @@
-"""docs/how-to/view.png shows the page that the sources make now."""
+"""docs/how-to/view.png shows the page of `rcx view` as the present sources generate it."""
 
 from __future__ import annotations
 

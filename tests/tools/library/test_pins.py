@@ -1,4 +1,4 @@
-"""No pin changes without a new version: `python -m rcx_tools.docs.pins`."""
+"""Pins change only with a new version: `python -m rcx_tools.docs.pins` checks this."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ def test_the_table_has_what_users_can_name() -> None:
 def test_bounds_and_initial_values_of_types_count(
     tmp_path: Path, text: str, rows: list[str]
 ) -> None:
-    """Users rely on legal indices and on initial values."""
+    """A change of array bounds or of initial values of a type counts as a change for users."""
     file = tmp_path / "RCX_T.st"
     file.write_text(f"(*\n * RCX_T: a type.\n *)\nTYPE\n{text}END_TYPE\n", encoding="utf-8")
     now = pins.of_kind(kind_of(file))

@@ -17,7 +17,7 @@ _FILES = sorted(signal_files())
 
 
 def _copy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, path: str) -> Path:
-    """Copy the tables and this file, and let the generator use the copies."""
+    """Copy the tables and this source file, and let the generator use the copies."""
     shutil.copytree(ROOT / "spec", tmp_path / "spec")
     file = tmp_path / path
     file.parent.mkdir(parents=True)

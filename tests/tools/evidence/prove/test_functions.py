@@ -18,7 +18,9 @@ _PART = "FC_RCXMILLISECONDS"
 
 @pytest.mark.exhaustive
 def test_the_loops_lose_nothing(tmp_path: Path) -> None:
-    """The last goals, which take seconds, are left to `make prove`.
+    """The proof with sums in place of loops covers all rounds of the loops.
+
+    The last goals take seconds and are left to `make prove`.
 
     Source: head of FC_RcxMilliseconds.
     """
@@ -41,7 +43,9 @@ def test_a_half_that_is_lost_is_not_proved(tmp_path: Path) -> None:
 @pytest.mark.exhaustive(but=["FC_RcxBitsReal"])
 @pytest.mark.parametrize("name", ["FC_RcxRealBits", "FC_RcxBitsReal"])
 def test_a_real_and_its_pattern_are_each_others(tmp_path: Path, name: str) -> None:
-    """The long property, about the second loop, is left to `make prove`.
+    """A REAL and its bit pattern convert to each other without a loss.
+
+    The long property, about the second loop, is left to `make prove`.
 
     Source: IEEE 754; heads of both.
     """
