@@ -42,7 +42,7 @@ def test_reasons_that_mean_the_same_are_one_line() -> None:
     ]
 
 
-def test_a_green_run_says_what_was_left_out(suite: pytest.Pytester) -> None:
+def test_a_run_without_failures_prints_what_was_left_out(suite: pytest.Pytester) -> None:
     """A run without failures prints what was left out.
 
     The seed 4 puts the last test first in every run.

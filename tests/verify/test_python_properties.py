@@ -1,4 +1,4 @@
-"""Properties in Python never give a green run by an error in the user's code."""
+"""An error in the Python code of a property never makes a run pass."""
 
 from __future__ import annotations
 
@@ -109,7 +109,10 @@ def _leaves(item: int) -> int:
     raise SystemExit(item)
 
 
-def test_an_item_of_a_farm_that_leaves_is_an_error() -> None:
-    """In this process it would end the command, with an exit code of its own choice."""
+def test_an_item_of_a_farm_that_calls_exit_is_an_error() -> None:
+    """An item of work that calls sys.exit is an error.
+
+    In this process it would end the command with any exit code.
+    """
     with pytest.raises(RuntimeError, match="SystemExit"):
         list(Farm(0).run(_leaves, [0]))

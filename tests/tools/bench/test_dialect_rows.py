@@ -18,7 +18,7 @@ from structured_text.language.load import load
 from structured_text.language.source import in_dialect
 
 
-def test_every_row_of_matiec_itself_is_compared_except_the_pace_of_tasks() -> None:
+def test_every_row_of_the_matiec_dialect_is_compared_except_the_interval_of_tasks() -> None:
     """Every row of the matiec dialect is compared, except the interval of a program without a task.
 
     This is the only rule that matiec cannot run.
@@ -55,7 +55,7 @@ def test_both_engines_agree_on_random_calls_of_each_row(matiec: Matiec) -> None:
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize(("rule", "value"), [("counters", "type"), ("time_unit", "ms")])
-def test_a_row_that_matiec_does_not_compute_differs(
+def test_a_row_that_matiec_computes_differently_is_reported(
     matiec: Matiec, monkeypatch: pytest.MonkeyPatch, rule: str, value: str
 ) -> None:
     """A row that matiec computes differently is reported.

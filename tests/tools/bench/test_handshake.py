@@ -26,7 +26,7 @@ def _printed() -> list[list[int]]:
 
 
 @pytest.mark.parametrize("line", _printed(), ids=lambda line: f"{line[0]} ms, RPI {line[1]} ms")
-def test_formula_and_blocks_take_what_the_page_prints(line: list[int]) -> None:
+def test_formula_and_blocks_take_the_scans_that_the_page_prints(line: list[int]) -> None:
     """Formula and blocks take the scans that the page prints, which are the minimum.
 
     Done is counted in scans from Execute, the next code in scans from Done.
@@ -54,7 +54,7 @@ def test_a_command_and_its_successor_take_the_fewest_scans_possible(case: Case) 
 
 
 @pytest.mark.parametrize("case", grid((3, 20), (7, 50), (0,)), ids=str)
-def test_sequences_wait_for_the_controller_and_the_interval_only(case: Case) -> None:
+def test_sequences_wait_only_for_the_controller_and_the_interval(case: Case) -> None:
     """Sequences wait only for the controller and for the interval.
 
     The sequence has alarm reset, servo ON, program reset and start, one after the other.
@@ -65,7 +65,7 @@ def test_sequences_wait_for_the_controller_and_the_interval_only(case: Case) -> 
     assert found.took == found.minimum
 
 
-def test_a_packet_that_leaves_with_the_scan_is_too_early_for_its_outputs() -> None:
+def test_a_packet_sent_at_the_time_of_a_scan_has_no_outputs_of_this_scan() -> None:
     """A packet that leaves at the time of a scan does not contain the outputs of this scan.
 
     With all clocks at 10 ms, outputs written at 10 are sent at 20 and read in the cycle at 25.
@@ -108,7 +108,7 @@ def test_the_bounds_of_the_page_hold() -> None:
         assert least.following - least.done < 2 * scan + 2 * rpi + 5_000 + rounded
 
 
-def test_an_input_goes_off_when_interval_and_answer_allow_it() -> None:
+def test_an_input_turns_off_after_its_answer_and_the_interval() -> None:
     """An input turns OFF after its answer and after the interval of 120 ms.
 
     With an answer at 40, it turns OFF at 120 and ON again at 240. With a late answer, it turns OFF
@@ -122,7 +122,7 @@ def test_an_input_goes_off_when_interval_and_answer_allow_it() -> None:
     assert (second.on, second.done, second.off) == (240_000, 460_000, 460_000)
 
 
-def test_a_library_that_needs_a_scan_more_is_found(
+def test_a_library_that_needs_one_more_scan_is_detected(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The benchmark detects a library that needs one scan more between two commands.

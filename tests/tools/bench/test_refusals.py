@@ -73,7 +73,7 @@ def test_a_file_with_a_gap_and_a_missing_library_counts_as_a_gap(tmp_path: Path)
     assert _kinds(found) == {"FB_B": Kind.GAP}
 
 
-def test_what_follows_from_another_declaration_has_its_kind(tmp_path: Path) -> None:
+def test_an_error_that_follows_from_another_declaration_is_classified(tmp_path: Path) -> None:
     """An error that only follows from a refused declaration is classified separately.
 
     FB_C and FB_E use blocks that are refused, and have no errors themselves.
@@ -106,7 +106,7 @@ def test_a_reviewed_refusal_is_right(tmp_path: Path) -> None:
     assert _kinds(result(reviewed, tmp_path)) == {"FB_B": Kind.OTHER}
 
 
-def test_every_error_counts_however_many_there_are(tmp_path: Path) -> None:
+def test_every_file_with_an_error_is_counted(tmp_path: Path) -> None:
     """Every file with an error counts as refused, although the number of messages is limited."""
     body = "".join("A := TRUE;\n" for _ in range(300))
     text = f"FUNCTION_BLOCK {{0}}\nVAR A : INT; END_VAR\n{body}END_FUNCTION_BLOCK\n"

@@ -23,7 +23,7 @@ def test_without_a_compiler_its_figures_are_said_to_be_missing(
 
 
 @pytest.mark.exhaustive
-def test_each_program_runs_and_its_handshakes_too() -> None:
+def test_each_program_of_the_benchmark_runs_with_its_handshakes() -> None:
     """Each program of the benchmark runs on the built-in engine, and executes handshakes.
 
     Programs that work on this engine also work on the compilers.

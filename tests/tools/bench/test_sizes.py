@@ -56,13 +56,13 @@ def test_rcx_ref_and_the_command_blocks_keep_to_their_sizes(measured: list[sizes
     assert [size.name for size in measured if size.limit and size.bytes > size.limit] == []
 
 
-def test_the_page_names_every_block_that_is_built_of_others() -> None:
+def test_the_page_names_every_block_that_contains_other_blocks() -> None:
     """Source: docs/explanation/timing.md, cost on the PLC."""
     blocks = {file.stem for folder in _BUILT for file in (default_lib() / folder).glob("FB_*.st")}
     assert blocks - _printed().keys() == set()
 
 
-def test_the_page_prints_what_was_measured(measured: list[sizes.Size]) -> None:
+def test_the_page_prints_the_measured_sizes(measured: list[sizes.Size]) -> None:
     """Source: docs/explanation/timing.md, cost on the PLC."""
     found = {size.name: size.bytes for size in measured}
     printed = _printed()
@@ -74,7 +74,7 @@ def test_the_page_prints_what_was_measured(measured: list[sizes.Size]) -> None:
 
 
 @pytest.mark.skipif(find_strucpp() is None, reason=MISSING_STRUCPP)
-def test_strucpp_tells_the_size_of_every_block_and_keeps_more_of_each_value() -> None:
+def test_strucpp_reports_the_size_of_every_block_with_more_data_for_each_value() -> None:
     """STruC++ reports the size of every block, which is larger than on other engines.
 
     It stores a forced flag and a forced value for each value, so a BOOL takes three bytes.

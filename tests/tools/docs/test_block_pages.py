@@ -42,7 +42,7 @@ def _errors(name: str) -> list[str]:
 
 @pytest.mark.exhaustive(but=["FB_ReadArea", "FB_ServoOn", "FB_MovePtp"])
 @pytest.mark.parametrize("name", _BLOCKS)
-def test_the_files_of_a_block_are_current_and_its_example_ends_as_they_say(name: str) -> None:
+def test_the_files_of_a_block_are_up_to_date_and_its_example_ends_as_they_say(name: str) -> None:
     """The generated files of a block are up to date.
 
     Its example is run again. An example that fails or breaks a rule is an error.
@@ -166,7 +166,7 @@ def test_a_movement_has_its_pins_with_unit_range_and_default() -> None:
         ("FB_ReadArea", "Size", "48, 256"),
     ],
 )
-def test_a_range_is_that_of_the_manual(block: str, pin: str, expected: str) -> None:
+def test_a_range_of_a_pin_agrees_with_the_manual(block: str, pin: str, expected: str) -> None:
     """Source: remote command guide 4.2.1, 4.2.8, 4.2.23, 4.3.3, 4.4.1, 4.5.1; chapter 1, 4."""
     found = pous()[block].pin(pin)
     assert found is not None
@@ -193,7 +193,7 @@ def test_a_page_lists_the_errors_that_its_block_can_give_and_no_others() -> None
     assert all(row[2] and row[3] for row in _rows(_page("FB_ServoOn"), "Errors"))
 
 
-def test_what_a_block_reads_is_shown() -> None:
+def test_the_values_that_a_block_reads_are_shown() -> None:
     """Source: remote command guide 4.3.1, 4.3.2 and 4.7.7, examples."""
     point = dict(_rows_of_run("FB_ReadPoint"))
     assert point["PointRead"] == "50"
@@ -240,7 +240,7 @@ def test_the_snippet_of_a_page_stands_in_the_program_that_was_run() -> None:
         assert f"{name.removeprefix('FB_')}(" in body
 
 
-def test_an_example_that_ends_in_an_error_is_told_with_its_number() -> None:
+def test_an_example_that_ends_in_an_error_is_reported_with_its_error_id() -> None:
     """An example that ends in an error is reported with its ErrorID. The last point is 29999.
 
     Source: remote command guide 4.3.1.

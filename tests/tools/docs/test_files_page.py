@@ -74,7 +74,7 @@ def test_every_key_of_a_table_is_there_with_its_default(table: str, kind: type) 
 
 
 @pytest.mark.parametrize(("table", "number"), [("points", 19), ("pallets", 10)])
-def test_every_key_of_stored_data_is_there(table: str, number: int, tmp_path: Path) -> None:
+def test_the_page_has_every_key_of_stored_data(table: str, number: int, tmp_path: Path) -> None:
     """The page has every key of stored data.
 
     The list comes from the message about an unknown key.

@@ -61,7 +61,7 @@ def test_every_page_is_in_the_index_or_in_the_one_of_its_folder() -> None:
 
 
 @pytest.mark.exhaustive
-def test_two_clicks_lead_from_the_readme_to_each_block_its_tests_and_the_room_of_a_rule() -> None:
+def test_two_clicks_lead_from_the_readme_to_each_block_and_its_tests() -> None:
     """From the README, two clicks lead to each block, its tests and the folder of a rule.
 
     The page of a block names its section of the manual.
@@ -204,7 +204,7 @@ def test_a_command_is_pasted_between_its_fences_and_nothing_else_is_touched(
         assert docs.pages()["README.md"]() == page.format("new\n")
 
 
-def test_each_block_of_the_logix_example_that_has_an_execute_gets_it() -> None:
+def test_the_logix_example_sets_execute_of_each_block_that_has_it() -> None:
     """The Logix example in docs/how-to/export.md calls each block with the pin Execute.
 
     tests/export/test_l5x.py checks pins and arguments.

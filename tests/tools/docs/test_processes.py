@@ -153,7 +153,7 @@ def test_every_process_has_an_order_here_and_every_order_a_process() -> None:
 
 
 @_each
-def test_the_steps_come_in_the_manuals_order(name: str) -> None:
+def test_the_steps_of_a_process_come_in_the_order_of_the_manual(name: str) -> None:
     """The steps of a process come in the order of the manual.
 
     No other change of these signals occurs.
@@ -176,7 +176,7 @@ def test_the_steps_come_in_the_manuals_order(name: str) -> None:
 
 
 @_each
-def test_the_controller_sees_at_least_100_ms_between_two_dedicated_inputs(name: str) -> None:
+def test_the_controller_reads_dedicated_inputs_at_least_100_ms_apart(name: str) -> None:
     """Between two changes of dedicated inputs, the controller reads at least 100 ms.
 
     The only exception is switching SI(00) or SI(06) OFF.
@@ -216,7 +216,7 @@ SLOW = RobotConfig(
         ("power_up", "SI15 ON", "SO14 ON", "SI15 OFF"),
     ],
 )
-def test_an_answer_is_awaited_however_late_before_the_input_is_taken_back(
+def test_an_input_stays_on_until_its_answer_however_late(
     name: str, request_: str, answer: str, end: str
 ) -> None:
     """The inputs for servo ON, alarm reset, program reset and start stay ON until their answer.
@@ -227,7 +227,7 @@ def test_an_answer_is_awaited_however_late_before_the_input_is_taken_back(
     assert when[request_] + 250_000 < when[answer] <= when[end]
 
 
-def test_without_a_connection_nothing_goes_on_again_by_itself() -> None:
+def test_after_a_recovered_connection_nothing_restarts_by_itself() -> None:
     """After a recovery of the connection only SI(00) and SI(06) turn ON; nothing else restarts.
 
     Servo and alarm do not change.
@@ -241,7 +241,7 @@ def test_without_a_connection_nothing_goes_on_again_by_itself() -> None:
     assert end.rcx_so[32] >> 3 & 1 == 1, "SO(03)"
 
 
-def test_the_emergency_stop_and_the_stop_go_out_in_the_scan_of_their_edge() -> None:
+def test_the_emergency_stop_and_the_stop_are_sent_in_the_scan_of_their_edge() -> None:
     """Source: manual chapter 5, 3.1, shift to emergency stop, step 1; 3.3, program stop, step 1."""
     for name, change, halt_us in (
         ("emergency_stop", "SI00 OFF", 1_000_000),

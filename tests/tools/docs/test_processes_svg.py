@@ -84,7 +84,7 @@ def test_every_file_of_the_folder_belongs_to_a_process() -> None:
         assert {file.suffix for file in FOLDER.glob(f"{name}.*")} == {".st", ".toml", ".svg"}
 
 
-def test_times_are_those_of_the_run() -> None:
+def test_the_times_in_a_picture_are_those_of_the_run() -> None:
     """The times in the picture are those of the run, here calculated by hand.
 
     The answer comes 50 ms after the edge, delayed by two packets and two scans. SI(01) is written

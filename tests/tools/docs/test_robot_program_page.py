@@ -59,7 +59,7 @@ def test_an_input_ends_a_movement_early(cell: Cell) -> None:
     assert cell.robot.positions[1] > _POINTS[23][1] * _PULSES
 
 
-def test_the_programs_of_the_tutorial_wait_for_each_other_after_the_mistake() -> None:
+def test_the_tutorial_programs_with_the_mistake_wait_for_each_other() -> None:
     """Source: docs/tutorial/5-robot-program.md: only one input differs."""
     good = (_TUTORIAL / "PLACE.PGM").read_text(encoding="utf-8")
     stuck = (_TUTORIAL / "stuck/PLACE.PGM").read_text(encoding="utf-8")

@@ -29,7 +29,7 @@ _PACKAGES = tuple(rooms.PLANS)
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("package", _PACKAGES)
-def test_every_room_has_a_place_in_the_plan_and_no_import_goes_against_it(package: str) -> None:
+def test_every_room_is_in_the_plan_and_imports_follow_the_plan(package: str) -> None:
     """Each room is in the plan, and imports follow the plan, so there are no circular imports."""
     plan = rooms.PLANS[package]
     assert sorted(name for row in plan for name in row) == sorted(rooms.rooms(package))
@@ -37,15 +37,15 @@ def test_every_room_has_a_place_in_the_plan_and_no_import_goes_against_it(packag
 
 
 @pytest.mark.parametrize(("named", "room"), [("cpppo", "enip"), ("rcx_tools", "nowhere")])
-def test_only_one_room_imports_it(named: str, room: str) -> None:
-    """Only the room enip imports cpppo, and only `rcx_tools` imports `rcx_tools`."""
+def test_only_one_room_imports_the_package(named: str, room: str) -> None:
+    """In rcx_harness, only the room enip imports cpppo, and no module imports `rcx_tools`."""
     for file in (_HARNESS / "rcx_harness").rglob("*.py"):
         text = file.read_text(encoding="utf-8")
         if re.search(rf"^\s*(?:import|from) {named}\b", text, re.MULTILINE):
             assert room in file.parts, file
 
 
-def test_an_import_inside_a_function_or_for_types_is_an_arrow_too() -> None:
+def test_an_import_inside_a_function_or_for_types_is_an_arrow() -> None:
     """An import inside a function or for types counts as well: `testing` imports the cell late."""
     source = (_HARNESS / "rcx_harness/testing/plugin.py").read_text(encoding="utf-8")
     assert re.search(r"^    from rcx_harness", source, re.MULTILINE)
@@ -73,7 +73,7 @@ def test_the_page_has_a_row_for_each_room(package: str) -> None:
 
 
 @pytest.mark.parametrize("judge", _JUDGES)
-def test_no_judge_of_the_wire_imports_another(judge: str) -> None:
+def test_no_module_that_checks_the_wire_imports_another(judge: str) -> None:
     """The modules that check the wire do not import each other.
 
     An error in one of them then appears as a difference from the others.

@@ -91,7 +91,7 @@ def test_the_snippet_compiles(
 
 @pytest.mark.exhaustive(but=["codesys", "siemens", "twincat"])
 @pytest.mark.parametrize("tool", sorted(set(_PAGES) - {"rockwell"}))
-def test_the_program_runs_as_it_stands_and_the_robot_moves(
+def test_the_program_of_the_page_runs_unchanged_and_the_robot_moves(
     tool: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The program of each page runs unchanged: the servos turn ON, and the robot moves to point 19.
@@ -119,7 +119,7 @@ def test_the_program_runs_as_it_stands_and_the_robot_moves(
         assert "nothing that may be refused" in said
 
 
-def test_the_readmes_snippet_is_on_every_page(repository: Path) -> None:
+def test_the_snippet_of_the_readme_is_on_every_page(repository: Path) -> None:
     """The snippet of the README is on every page. Only the names of the area pins differ."""
     readme = (repository / "README.md").read_text(encoding="utf-8")
     snippet = re.findall(r"```iecst\n(.*?)```", readme, re.DOTALL)[0]

@@ -158,7 +158,7 @@ def test_every_form_of_a_type_is_there(lines: list[str]) -> None:
     assert found == shown
 
 
-def test_every_entry_of_a_robot_is_there(lines: list[str]) -> None:
+def test_the_page_has_every_entry_of_a_robot(lines: list[str]) -> None:
     """The page has every entry that describes a robot: its shape and its pose."""
     entries = [json.loads(line) for line in lines]
     robots = [one for entry in entries for every in entry.get("robots", []) for one in every]

@@ -14,7 +14,7 @@ def page(repository: Path) -> str:
     return (repository / "docs/how-to/view.md").read_text(encoding="utf-8")
 
 
-def test_every_key_of_the_page_is_told_and_no_other(page: str) -> None:
+def test_the_page_has_every_key_and_no_other(page: str) -> None:
     """The page has every key of the chart of `rcx view`, and no other.
 
     The key Enter belongs to the rows and to the search.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from rcx_tools.docs.view_picture import PICTURE, digest, digest_in, page
 
 
-def test_the_picture_is_of_the_page_as_it_is_now() -> None:
+def test_the_picture_shows_the_present_page() -> None:
     """If this test fails, run `python -m rcx_tools.docs.view_picture`, which needs chromium."""
     html = page()
     assert digest_in(PICTURE.read_bytes()) == digest(html)

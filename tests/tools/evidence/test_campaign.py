@@ -45,9 +45,7 @@ def compiled() -> Iterator[Compiled]:
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("seed", SEEDS)
-def test_after_each_storm_the_cell_comes_to_rest_and_works_again(
-    compiled: Compiled, seed: int
-) -> None:
+def test_after_each_series_of_faults_the_cell_works_again(compiled: Compiled, seed: int) -> None:
     """After each series of faults, the cell comes to rest and works again.
 
     No rule is broken, each command runs as its block says, and nothing starts by itself.
@@ -174,7 +172,7 @@ def test_a_telegram_that_no_block_asked_for_is_found(compiled: Compiled) -> None
 
 
 @pytest.mark.exhaustive
-def test_a_failing_run_is_made_short() -> None:
+def test_a_failing_run_is_shortened() -> None:
     """A failing run is shortened: only the actions that the failure needs remain."""
     seeded = next(one for one in SEEDED if one.name == JOG)
     with broken_library(seeded.file, seeded.old, seeded.new) as lib:

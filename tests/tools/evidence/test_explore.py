@@ -144,7 +144,7 @@ def test_a_state_that_leaves_out_what_counts_is_noticed(
 
 
 @pytest.mark.parametrize("name", ["inputs", "jobs"])
-def test_a_scan_call_by_call_leads_where_the_scan_of_the_whole_program_leads(name: str) -> None:
+def test_a_scan_run_call_by_call_gives_the_state_of_a_whole_scan(name: str) -> None:
     """A scan that is run call by call leads to the same state as a scan of the whole program.
 
     The model `inputs` has pins, a block with Enable and late scans. The model `jobs` has variables.
@@ -162,7 +162,7 @@ def test_a_scan_call_by_call_leads_where_the_scan_of_the_whole_program_leads(nam
         state = following
 
 
-def test_a_call_that_was_run_from_the_same_state_is_not_run_again() -> None:
+def test_a_call_is_not_run_again_from_the_same_state() -> None:
     """Source: docs/explanation/timing.md, what an exploration takes."""
     explorer = Explorer(model_named("commands"))
     scan, scans = explorer.program.scan, []
@@ -181,7 +181,7 @@ def test_a_call_that_was_run_from_the_same_state_is_not_run_again() -> None:
     assert ran == 0
 
 
-def test_a_broken_rule_is_told_each_time_that_it_is_broken(tmp_path: Path) -> None:
+def test_a_broken_rule_is_reported_each_time(tmp_path: Path) -> None:
     """Source: guide, chapter 1: inputs change 100 ms apart at least."""
     bug = bug_named("the interval is not waited for")
     model = model_named(bug.model)

@@ -174,7 +174,7 @@ def test_tests_are_about_an_entry_and_about_what_names_it(tmp_path: Path) -> Non
     assert marks_of("SI12_Start", [file]) == ("SI12",)
 
 
-def test_of_the_tests_that_run_a_function_those_with_words_of_the_line_judge_it_too() -> None:
+def test_of_the_tests_that_run_a_function_those_with_words_of_the_line_are_added() -> None:
     """Of the tests that run a function, those whose names have words of the line run first.
 
     Tests with more words come first. At most eight tests are chosen.
@@ -518,7 +518,7 @@ def test_there_are_at_least_30_seeded_bugs_and_some_of_every_kind() -> None:
 
 
 @pytest.mark.parametrize("bug", _BUGS, ids=lambda bug: bug.name)
-def test_the_tests_of_a_seeded_bug_lie_in_the_folders_of_what_it_changes(bug: Bug) -> None:
+def test_the_tests_of_a_seeded_bug_are_in_the_folders_of_the_changed_code(bug: Bug) -> None:
     """The tests of each seeded bug are in the folders of the code that the bug changes."""
     part = file_key(bug.file).partition("/")[0]
     others = {

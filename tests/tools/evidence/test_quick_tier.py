@@ -21,7 +21,7 @@ def _judged(*by: str) -> list[Judged]:
     return [Judged(_MUTANT, one != "", one) for one in by]
 
 
-def test_what_only_exhaustive_tests_find_is_counted_by_function() -> None:
+def test_mutants_that_only_exhaustive_tests_detect_are_counted_by_function() -> None:
     """Mutants that only exhaustive tests detect are counted by function.
 
     Quick tests detect three of five. A run that does not end counts as detected.
@@ -63,7 +63,7 @@ def repository_states(tmp_path_factory: pytest.TempPathFactory) -> TestStates:
     return TestStates(tmp_path_factory.getbasetemp())
 
 
-def test_a_sample_that_is_not_there_ends_the_collection(request: pytest.FixtureRequest) -> None:
+def test_a_sample_that_does_not_exist_ends_the_collection(request: pytest.FixtureRequest) -> None:
     """A sample id that no longer exists is an error, because a test would leave the quick tier."""
     item = pytest.Function.from_parent(request.node.parent, name="test_x[a]", callobj=lambda: None)
     item.add_marker(pytest.mark.exhaustive(but=["a", "gone"]))

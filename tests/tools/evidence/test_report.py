@@ -198,7 +198,7 @@ def test_each_check_has_its_target_and_every_source_is_there() -> None:
             assert list((docs.ROOT / source).parent.glob(f"{Path(source).name}*")), source
 
 
-def test_the_figures_that_are_kept_are_those_of_the_page() -> None:
+def test_the_stored_figures_are_those_of_the_page() -> None:
     """The stored figures are those of the page: every row has its value.
 
     tests/tools/docs compares the page itself.
@@ -224,7 +224,7 @@ def test_the_state_depends_on_names_and_contents(tmp_path: Path) -> None:
     assert checks.digest(("lib",), tmp_path) == third
 
 
-def test_each_property_has_a_row_with_what_it_rests_on() -> None:
+def test_each_property_has_a_row_with_its_assumptions() -> None:
     """Each property has a row: a sentence, its assumptions, its goals and the seconds.
 
     The test uses a small out/prove.json.

@@ -24,7 +24,7 @@ def _parts(name: str) -> tuple[str, str, str]:
 
 
 @pytest.mark.parametrize("name", BLOCKS)
-def test_every_block_calls_hands_over_and_ends_in_the_same_way(name: str) -> None:
+def test_all_generated_blocks_are_built_alike(name: str) -> None:
     """All generated blocks are built alike, so two of them stand for all in the fault tests."""
     call, _, end = _parts(name)
     expected_call, _, expected_end = _parts("FB_MovePtp")

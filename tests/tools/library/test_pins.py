@@ -96,7 +96,7 @@ def test_what_is_written_is_read_again(
     assert pins.read(tmp_path / f"{version()}.toml") == pins.now()
 
 
-def test_the_table_has_what_users_can_name() -> None:
+def test_the_table_has_all_names_that_users_can_use() -> None:
     """The expected names are taken from the sources by hand."""
     table = pins.now()
     assert table["FB_SequenceControl"] == [
@@ -129,7 +129,7 @@ def test_the_table_has_what_users_can_name() -> None:
         ),
     ],
 )
-def test_bounds_and_initial_values_of_types_count(
+def test_a_change_of_bounds_or_initial_values_is_detected(
     tmp_path: Path, text: str, rows: list[str]
 ) -> None:
     """A change of array bounds or of initial values of a type counts as a change for users."""

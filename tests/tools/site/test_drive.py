@@ -63,7 +63,7 @@ def test_a_blocks_example_runs(run: Run) -> None:
     assert run(block_jobs()["FB_ServoOn"])["broken"] == []
 
 
-def test_one_command_is_said_as_one_command(run: Run) -> None:
+def test_the_number_of_remote_commands_is_in_words(run: Run) -> None:
     """The result says "1 remote command" or "no remote commands".
 
     FB_ReadVersions executes one command. FB_ServoOn uses only dedicated inputs.
@@ -113,7 +113,7 @@ def test_an_error_of_a_robot_file_says_its_line(run: Run) -> None:
     assert (error["file"], "best" in error["message"]) == ("robot1.toml", True)
 
 
-def test_a_broken_rule_is_told_with_its_time(run: Run) -> None:
+def test_a_broken_rule_is_reported_with_its_time(run: Run) -> None:
     """A broken rule is reported with its time.
 
     Two dedicated inputs change in one scan, in an area that no block has written.

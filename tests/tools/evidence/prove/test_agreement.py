@@ -112,7 +112,7 @@ def test_a_wrong_translation_is_found_on_matiec(
     assert told.endswith("B.T.Q is True, on the engine False")
 
 
-def test_a_fault_that_only_one_side_has_is_found(
+def test_a_fault_of_only_one_side_is_detected(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A run-time fault that only one side has is reported.
@@ -127,7 +127,7 @@ def test_a_fault_that_only_one_side_has_is_found(
     assert "goes on, the engine does not" in agree(subject, "FB_TRIED", 20).disagreement
 
 
-def test_a_comparison_that_cannot_be_made_is_no_agreement(
+def test_a_comparison_that_cannot_be_made_is_not_an_agreement(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A comparison in which every result is undetermined does not count as agreement."""
@@ -141,7 +141,7 @@ def test_a_comparison_that_cannot_be_made_is_no_agreement(
     assert told.endswith("only 0 of 5 scans could be compared")
 
 
-def test_the_report_says_in_words_what_was_compared_on_matiec() -> None:
+def test_the_report_says_how_much_was_compared_on_matiec() -> None:
     """The report says how much was compared on matiec.
 
     The figures by hand: two blocks with 300 and 310 scans, and a function with 20.
@@ -166,7 +166,7 @@ def test_the_report_says_in_words_what_was_compared_on_matiec() -> None:
         assert told.endswith(") 630 scans, at least 300 of each block")
 
 
-def test_what_is_known_rests_on_the_compiler(
+def test_the_key_of_a_stored_result_depends_on_the_compiler(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The key of a stored result depends on the compiler.

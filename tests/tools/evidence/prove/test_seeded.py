@@ -160,7 +160,7 @@ def test_every_seeded_bug_can_be_put_in_and_names_properties() -> None:
     assert rows
 
 
-def test_of_other_properties_the_parts_of_the_file_and_the_short_ones_are_asked(
+def test_of_other_properties_only_parts_of_the_file_and_short_goals_are_run(
     library: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of other properties, only the parts of the changed file and the short goals are run.

@@ -56,7 +56,7 @@ def test_each_worked_example_is_legal() -> None:
 
 
 @pytest.mark.exhaustive
-def test_a_bit_more_or_less_in_an_example_is_legal_where_the_second_reading_says_so() -> None:
+def test_proof_and_second_reading_agree_on_a_changed_bit_of_an_example() -> None:
     """If a bit of an example is changed, proof and second reading agree whether it is legal.
 
     One bit makes the telegram illegal. Another bit, if there is one, keeps it legal.
@@ -125,7 +125,7 @@ def test_a_value_beyond_its_limits_is_illegal(
 
 
 @pytest.mark.parametrize("number", [1, 29, 42, 67, 94])
-def test_a_robot_that_there_is_not_is_illegal(number: int) -> None:
+def test_a_robot_that_does_not_exist_is_illegal(number: int) -> None:
     """A telegram for a robot that does not exist is illegal.
 
     Robots 1 to 4 exist if the section has a robot designation, otherwise none.
@@ -170,7 +170,7 @@ class _Known:
 
 
 @pytest.mark.parametrize("number", [*range(1, 101)])
-def test_the_pins_of_an_example_say_its_words(number: int) -> None:
+def test_the_pins_of_an_example_give_its_words(number: int) -> None:
     """Source: remote command guide 4.2.1 to 4.9.3, the worked examples."""
     name, more = EXAMPLE_BLOCKS[number]
     given, words = _examples()[number]
@@ -220,7 +220,7 @@ def _not_proved(library: Library, block: str) -> dict[str, list[str]]:
 
 
 @pytest.mark.exhaustive
-def test_the_telegrams_of_a_block_are_legal_and_what_the_pins_say(tmp_path: Path) -> None:
+def test_the_telegrams_of_a_block_are_legal_and_agree_with_the_pins(tmp_path: Path) -> None:
     """Source: remote command guide 4.4.4."""
     block = "FB_AssignPointElementMm"
     assert not any(_not_proved(_library(tmp_path, block), block).values())
