@@ -107,7 +107,7 @@ class OutputError(OSError):
 
 
 class UnreadError(OutputError):
-    """The reader of standard output has closed it.
+    """The program that reads standard output has closed the pipe.
 
     The error has no errno, because click would then end with exit code 1.
     """
@@ -138,7 +138,7 @@ def near(name: str, known: Iterable[str], every: str = "there are") -> str:
 
 
 def refused(error: OSError) -> InputError:
-    """Return the message for a failed system call, with its file if there is one."""
+    """Return the message for a failed system call, with the file if the call was for a file."""
     reason = error.strerror or str(error) or type(error).__name__
     if error.filename is not None:
         return InputError(f"cannot be accessed: {reason}", file=os.fsdecode(error.filename))

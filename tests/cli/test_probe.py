@@ -60,7 +60,7 @@ def test_the_list_has_every_question_and_sends_nothing(capsys: Captured) -> None
     assert main(["probe", "--list"]) == 0
     out = capsys.readouterr().out
     assert all(f"   {one.id:<22} {one.title}" in out for one in questions())
-    assert "free-axes              Would set an axis free, which may fall." in out
+    assert "free-axes              The test would set an axis free, and the axis may fall." in out
 
 
 def test_only_confirmed_steps_are_asked(

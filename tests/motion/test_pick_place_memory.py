@@ -139,6 +139,25 @@ def test_a_release_is_remembered_if_the_next_call_is_missing(how: str) -> None:
         assert bench.told.count("move 10") == bench.delivered == 1
 
 
+def test_a_hand_that_was_emptied_counts_as_empty_in_the_next_start_as_well() -> None:
+    """The operator takes the part out, and the first command of the new start is refused.
+
+    The start after it does not read the outputs of the hand, because no part can be in the hand.
+
+    Source: head of FB_RcxPickStages
+    """
+    bench = _begun(3, "refused")
+    assert bench.held
+    bench.taken_out()
+    bench.fault = "refused"
+    assert bench.work(HandEmpty=True) != "Done"
+    bench["Pick.HandEmpty"] = False
+    bench.fault = ""
+    before = len(bench.told)
+    assert bench.work() == "Done"
+    assert bench.told[before:] == _PLAIN
+
+
 @pytest.mark.parametrize("engine", ENGINES)
 def test_after_a_refused_close_the_hand_counts_as_open(engine: str) -> None:
     """After a refused close command, the robot returns to the source and closes the hand there.

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from scara_bench import UNIT, forward, inverse
+from scara_bench import UNIT, forward, inverse, scara
 
 _NAN = math.nan
 
@@ -174,3 +174,17 @@ def test_an_illegal_arm_is_reported_before_too_many_pulses() -> None:
     zero = [1_000_000_001, 0, 0, 0, 0, 0]
     pulses = [0.0, (2**31 - 1) / UNIT, 0.0, 0.0]
     assert forward(pulses, Zero=zero, PulsesPerUnit=[1e6] * 6)[2] == 0x8061
+
+
+def test_the_next_call_after_an_error_has_no_error() -> None:
+    """The block calculates in each call, so an error ends with its reason.
+
+    Source: docs/reference/errors.md, 16#8061
+    """
+    assert (
+        inverse([0.0, 300.0, 0.0, 90.0], "HAND_RIGHT", Zero=[1_000_000_001, *[0] * 5])[1] == 0x8061
+    )
+    block = scara("Inverse", "auto")
+    block["Block.Arm.Zero"] = [0] * 6
+    block.scan(0)
+    assert (block["Block.Valid"], block["Block.ErrorID"]) == (True, 0)

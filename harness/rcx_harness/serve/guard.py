@@ -18,7 +18,7 @@ from structured_text.errors import InputError
 __all__ = ["WEB_HOST", "TokenServer", "add_files", "guarded", "read_message"]
 
 WEB_HOST = "127.0.0.1"
-"""A page is for this machine only."""
+"""The address of all pages; no other computer can reach it."""
 
 _TOKEN_BYTES = 16
 _OWN_NAMES = ("127.0.0.1", "localhost")
@@ -37,7 +37,8 @@ _HEADERS = {
 _TOKEN: web.AppKey[str] = web.AppKey("token", str)
 _COMMAND: web.AppKey[str] = web.AppKey("command", str)
 _FILES: web.AppKey[Mapping[str, tuple[str, str, str]]] = web.AppKey("files", Mapping)
-#: Errors of the sender, which are answered; only errors of this program belong in the log.
+#: Errors that the sender of a request has caused. They are answered, but not logged, because the
+#: log is for errors of this program.
 _SENDERS_FAULTS = (HttpProcessingError, web.RequestPayloadError, ConnectionError)
 _LOG = logging.getLogger(__name__)
 _LOG.addFilter(lambda record: not isinstance((record.exc_info or (0, 0))[1], _SENDERS_FAULTS))
@@ -45,7 +46,7 @@ _Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
 
 
 def guarded(token: str, command: str) -> web.Application:
-    """Create an application with the token in its paths; `command` prints its address."""
+    """Create an application with the token in its paths; `command` is named in messages."""
     app = web.Application(middlewares=[_guard], client_max_size=_LARGEST_REQUEST)
     app[_TOKEN], app[_COMMAND] = token, command
     app.router.add_get(f"/{token}", _to_page)
@@ -53,9 +54,10 @@ def guarded(token: str, command: str) -> web.Application:
 
 
 def add_files(app: web.Application, served: Mapping[str, tuple[str, str, str]]) -> None:
-    """Serve files.
+    """Serve static files.
 
-    Each path has the package, the file in the package's folder `page`, and its type.
+    `served` gives for each path the package, the file in the package's folder `page`, and the type
+    of the file.
     """
     app[_FILES] = served
     for path in served:
@@ -90,7 +92,7 @@ class TokenServer:
         return f"http://{WEB_HOST}:{self.port}/{self._token}/"
 
     async def start(self) -> None:
-        """Start to listen."""
+        """Start to listen for connections."""
         await self._runner.setup()
         try:
             await web.TCPSite(self._runner, WEB_HOST, self.port).start()
@@ -173,7 +175,10 @@ async def _file(request: web.Request) -> web.Response:
 async def read_message(
     request: web.Request, example: str, what: str, **needed: type[Any]
 ) -> dict[str, Any]:
-    """Read the JSON object of a request; raise InputError unless `needed` entries fit."""
+    """Read the JSON object of a request.
+
+    Raise InputError if an entry in `needed` is missing or has another type.
+    """
     charset = request.charset or "utf-8"
     if charset.lower() not in _CHARSETS:
         raise InputError(f"the charset {charset[:20]!r} is not accepted", hint="send UTF-8")

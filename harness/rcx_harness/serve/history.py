@@ -16,8 +16,8 @@ _SKIPPED = 30  # a Change contains bytes 0, 1, 32 and 33 of the area
 
 _ROW, _TOP = 22, 28
 _NAMES, _RIGHT, _WIDE = 352, 14, 1266
-#: Below this width the names stand above the waves, which then have the whole width; the rows are
-#: higher by the second number.
+#: If the chart is narrower than the first number, the names are above the waves, and the waves have
+#: the whole width. Each row is then higher by the second number.
 _NARROW, _NAME_ROW = 760, 16
 _LOOK = Look(high=13, edge=0, digits=(4, 3), room=44, filled=True)
 _STEPS_US = (100_000, 200_000, 500_000, 1_000_000, 2_000_000, 5_000_000, 10_000_000)
@@ -44,7 +44,7 @@ class History:
         self.now_us = 0
 
     def add(self, changes: Iterable[Change], now_us: int) -> None:
-        """Add new changes, in order of time, and drop those that are too old at `now_us`."""
+        """Add new changes, in order of time, and drop changes that are too old at `now_us`."""
         self._changes.extend(changes)
         self.now_us = max(self.now_us, now_us)
         kept = self._changes
@@ -53,7 +53,7 @@ class History:
             kept.popleft()
 
     def lanes(self) -> list[Lane]:
-        """Return the lanes of signals, code, status and connection, each with its changes."""
+        """Return the lanes (signals, code, status, connection), each with its changes."""
         table = signals()
         connection = Lane("Connection with the master", "event")
         code = Lane("Remote command code", "word", show=command_name)

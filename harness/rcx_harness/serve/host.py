@@ -62,15 +62,16 @@ class Host:
     Attributes:
         size: Bytes of the controller's areas, known after `start`.
         ended: Event that is set when the process has ended, unexpectedly or not.
-        shapes: Geometry of the controller's robots (`rcx_harness.robot.shape`).
+        shapes: Geometry of the robots of the controller (`rcx_harness.robot.shape`).
         drawn: Number of times that `shapes` has changed.
-        listings: The controller's robot programs (`rcx_harness.robot.listing`); empty if none is a
-            text.
+        listings: The controller's robot programs (`rcx_harness.robot.listing`); empty if none
+            exists as source text.
         way: Latest positions during movements, as in `Status.way`; the page reads them before they
             are dropped.
-        failure: The process that has ended by itself, and how; empty while all run.
+        failure: The name of a process that has ended by itself, and how it ended. Empty while all
+            processes run.
         events: Events that the reader has not removed yet.
-        silent: Whether the process gives no sign of life; the watchdog sets this.
+        silent: Whether the process gives no sign of life; the watchdog sets this attribute.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -85,7 +86,7 @@ class Host:
         self._heard = asyncio.Event()  # set at the first report of the process, or at its end
         self._numbers = itertools.count(1)
         self._waiting: dict[int, asyncio.Future[tuple[str, int]]] = {}
-        self._folder = ""  # folder of the recording
+        self._folder = ""  # the folder that contains the recording
         self.shapes: tuple[dict[str, Any], ...] = ()
         self.drawn = 0
         self.listings: tuple[dict[str, Any], ...] = ()
@@ -96,13 +97,13 @@ class Host:
 
     @property
     def name(self) -> str:
-        """Return the address, with the port if it is not the usual one."""
+        """Return the address of the controller, with the port if it is not the standard port."""
         usual = self.settings.port == Settings.port
         return self.settings.host if usual else f"{self.settings.host}:{self.settings.port}"
 
     @property
     def pid(self) -> int:
-        """Return the number of its process; 0 before `start`."""
+        """Return the process ID of the controller; 0 before `start`."""
         return self._process.pid if self._process else 0
 
     async def start(self) -> None:
@@ -129,7 +130,7 @@ class Host:
         await self._heard.wait()
 
     async def record(self, *, on: bool) -> None:
-        """Start a recording, which replaces the previous one, or end it."""
+        """Start a recording, which replaces the previous one, or end the current recording."""
         if on and not self._folder:
             self._folder = tempfile.mkdtemp(prefix="rcx-serve-")
         await self.ask({"record": str(self._file) if on else None})

@@ -61,7 +61,7 @@ class NetworkNews:
         self._watchdogs = {part: Watchdog() for part in _PARTS}
 
     def look(self, now_us: int, begin_us: int) -> None:
-        """Read the journals.
+        """Read the journals, and add their entries to the events.
 
         `begin_us` is the controller's time 0 on the clock of the adapter's processes.
         """

@@ -52,8 +52,8 @@ class News:
 def event_text(event: ConnectionEvent) -> tuple[str, str]:
     """Return kind and sentence of a change of a connection; both are empty if it needs no report.
 
-    A controller that is switched off has no connections, so their end is not reported. The first
-    and the last event of a reader are reported.
+    A controller that is switched off has no connections, so their end is not reported. For a
+    reader, which only listens, the opening and the end of its connection are reported.
     """
     if event.kind is ConnectionKind.EXCLUSIVE_OWNER:
         text = _OWNER.get(event.state, "")

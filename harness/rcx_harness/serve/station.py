@@ -50,11 +50,11 @@ class Images(NetworkJournals, Protocol):
 
     @property
     def to_master(self) -> Image:
-        """Return assembly 100."""
+        """Return assembly 100, the area that the controller sends to the master."""
 
     @property
     def to_robot(self) -> Image:
-        """Return assembly 150."""
+        """Return assembly 150, the area that the master sends to the controller."""
 
 
 class Station:
@@ -81,19 +81,19 @@ class Station:
         self._recorded = 0
         self._drawn = -1  # number of executed commands at the last report of the shapes
         self._listings = tuple(listings(controller))
-        self._listed = False  # whether the listings have been reported
+        self._listed = False  # whether the listings have been sent in a report
         self._traced_tasks = Tasks(controller)
         self._images = images
         self._trace = trace
         self._cut = False
         self.now_us = self.begin_us = 0
         self._news = News()
-        self._place: tuple[bool, bool, bool] | None = None  # last report: powered, online, cut
+        self._place: tuple[bool, bool, bool] | None = None  # last reported: powered, online, cut
         self._leds = ""
         self._active: tuple[str, ...] = ()
         self._skipped_told = 0
         self._network = NetworkNews(images, self._news)
-        self._generation: int | None = None  # owner's generation in the cycle before
+        self._generation: int | None = None  # number of the owner in the last cycle
         self._last_run: bytes | None = None
         self._si: bytes | None = None
         self._so = bytes(controller.config.size)
@@ -266,7 +266,10 @@ class Station:
         return tuple(shapes(self.controller))
 
     def _tasks(self) -> tuple[dict[str, Any], ...]:
-        """Return the current line and state of each task; empty if no program is a text."""
+        """Return the line and state of each task.
+
+        The result is empty if no robot program exists as source text.
+        """
         return task_places(self.controller) if self._listings else ()
 
     def _new_listings(self) -> tuple[dict[str, Any], ...]:
@@ -384,7 +387,7 @@ class Station:
         return si is not None, inputs.hex(), (so[:2] + so[_DEDICATED]).hex()
 
     def _follow_command(self) -> None:
-        """Note a remote command when its first status appears, and its result at its end."""
+        """Report a remote command when its first status appears, and its result at its end."""
         before, self._status_word = self._status_word, int.from_bytes(self._so[:2], "little")
         status = self._status_word
         if status == before:

@@ -92,7 +92,7 @@ class Channel:
 
     @property
     def has_room(self) -> bool:
-        """Return whether the parent reads the reports."""
+        """Return whether the parent reads the reports, so that another line can be queued."""
         return not self._out.full()
 
     def tell(self, line: str) -> None:

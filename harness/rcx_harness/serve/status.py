@@ -34,7 +34,7 @@ class CommandNote:
 
 @dataclass(frozen=True)
 class Note:
-    """A text with a time: a broken rule, an alarm."""
+    """A text with a time, such as a broken rule or an alarm."""
 
     t_us: int
     text: str
@@ -86,10 +86,10 @@ class Status:
     pulses and in mm. `way` has the positions [pulses] during movements since the previous report,
     each after its time [us]. `poses` and `shapes` come from `rcx_harness.robot.shape`; `shapes` is
     empty if it has not changed. `tasks` and `listings` come from `rcx_harness.robot.listing`;
-    `tasks` is empty if no program is a text, and `listings` is empty except in the first report.
-    `workpieces` has the axis and the pulses of each workpiece, and `held` the outputs that are held
-    or forced. `stalled` names the processes of the controller's network that give no sign of life.
-    `events` are the events since the previous report.
+    `tasks` is empty if no robot program exists as source text, and `listings` is empty except in
+    the first report. `workpieces` has the axis and the pulses of each workpiece, and `held` the
+    outputs that are held or forced. `stalled` names the processes of the controller's network that
+    give no sign of life. `events` are the events since the previous report.
     """
 
     t_us: int = 0
@@ -131,7 +131,7 @@ class Status:
     events: tuple[Event, ...] = ()
 
     def to_json(self) -> str:
-        """Return the report as one line, without its end."""
+        """Return the report as one line, without a line feed at the end."""
         return json.dumps(asdict(self), separators=(",", ":"), ensure_ascii=False)
 
     @classmethod

@@ -36,7 +36,7 @@ async def show(hosts: Sequence[Host], every_s: float) -> NoReturn:
 
 
 def screen(hosts: Sequence[Host], height: int, *, ascii_only: bool = False) -> RenderableType:
-    """Return the table for a terminal of `height` lines; a small one has only the bits ON."""
+    """Return the table for `height` lines; if there are few, only bits that are ON are shown."""
     full = len(hosts) * _FULL_HEIGHT <= height
     lamps = _PLAIN if ascii_only else _LAMPS
     return Group(*(_panel(view(number, host), full, lamps) for number, host in enumerate(hosts)))

@@ -127,7 +127,7 @@ def axis_titles(shapes: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
 
 
 def connection_text(status: Status) -> str:
-    """Return the connection with the master in one line."""
+    """Return one line about the connection with the master."""
     if not status.powered:
         return "the controller is off"
     if not status.online:

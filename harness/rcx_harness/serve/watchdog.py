@@ -14,10 +14,10 @@ class Watchdog:
     """A watchdog for one process; the caller gives the time."""
 
     class Finding(Enum):
-        """The result of a check."""
+        """The result of a check by the watchdog."""
 
         SILENT = "silent"
-        """The process has just been silent for too long."""
+        """The process has now been silent for too long."""
         BACK = "back"
         """The process has given a sign of life again."""
 

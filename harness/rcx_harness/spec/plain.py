@@ -40,12 +40,15 @@ def response_text(request: int, words: Sequence[int]) -> str:
 
 
 def alarm_text(number: str) -> str:
-    """Return `12.600 Emergency stop on`; only the number if the alarm has no known name."""
+    """Return an alarm as `12.600 Emergency stop on`; only the number if its name is unknown."""
     return f"{number} {alarm_name(number)}".rstrip()
 
 
 def alarm_name(number: str) -> str:
-    """Return the name of an alarm in the manual, else in a public list; empty if neither has it."""
+    """Return the name of an alarm in the manual, else in a public list.
+
+    The result is empty if it is in neither.
+    """
     alarm = spec.alarms().get(number)
     return alarm.name if alarm else spec.public_alarms().get(number, "")
 

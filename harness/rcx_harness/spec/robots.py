@@ -1,8 +1,8 @@
 """The robots that a robot file can name, from `spec/robots.toml`, and their acceleration.
 
-The same law holds for all types. The force of an axis is the power of its motor divided by its
-speed, times a factor. The force accelerates the load and the mass of the axis; this mass is a share
-of the robot's largest load.
+All types of robots follow the same law of acceleration. The force of an axis is the power of its
+motor divided by its speed, times a factor. The force accelerates the load and the mass of the axis;
+this mass is a share of the robot's largest load.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Law:
 
     Attributes:
         factor: Factor for the force of the motor at full speed.
-        own_share: Mass of the axis itself as a share of the largest load.
+        own_share: Mass of an axis itself, divided by the largest load of the axis.
         fitted: The models with the standard cycle times to which `factor` and `own_share` were
             fitted.
     """
@@ -49,11 +49,12 @@ class Joint:
         zero: Position at 0 mm or 0 degrees [pulses].
         speed: The highest speed, per second.
         power: Power of the axis' motor [W].
-        reach: Distance from the axis of a rotating arm to its stretched end [m]; otherwise 1.
+        reach: For a rotating arm, the distance from its axis to its stretched end [m]; 1 for other
+            axes.
         turns: Whether the axis rotates.
-        largest: The largest load, for the R axis the largest moment of inertia [kg, kg m^2].
-        per_load: Part of `largest` for each kg of the load.
-        own: Mass of the axis itself [kg], if it is known; 0: the law's share of `largest`.
+        largest: The largest load [kg]; for the R axis, the largest moment of inertia [kg m^2].
+        per_load: The moved mass, or moment of inertia, for each kg of the load.
+        own: Mass of the axis itself [kg]. If it is 0, the mass is `own_share` times `largest`.
     """
 
     low: float
@@ -69,13 +70,13 @@ class Joint:
     own: float = 0.0
 
     def acceleration(self, law: Law, load: float) -> float:
-        """Return the acceleration [mm/s^2 or degree/s^2] with that load [kg]."""
+        """Return the acceleration with a load [kg] in mm/s^2 or degree/s^2."""
         unit = radians(1) if self.turns else 1e-3
         mass = self._own(law) + self.per_load * load
         return law.factor * self.power / (self.speed * unit) / (mass * self.reach**2) / unit
 
     def slower(self, law: Law, load: float) -> float:
-        """Return the acceleration with that load, divided by the acceleration without a load."""
+        """Return the acceleration with a load, divided by the acceleration without a load."""
         own = self._own(law)
         return own / (own + self.per_load * load)
 
@@ -104,7 +105,7 @@ class RobotModel:
 
     @property
     def scara(self) -> bool:
-        """Return whether it is a SCARA robot, with two rotating arms."""
+        """Return whether the robot is a SCARA robot, with two rotating arms."""
         return bool(self.arms)
 
 

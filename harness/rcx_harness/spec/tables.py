@@ -53,7 +53,7 @@ class Signal:
 
     @property
     def byte(self) -> int:
-        """Return the byte of the signal within the area."""
+        """Return the number of the byte with the signal, counted from the start of the area."""
         return int(self.address[2:])
 
     @property
@@ -82,7 +82,9 @@ class Signals:
 
 @dataclass(frozen=True)
 class Alarm:
-    """An alarm with its texts; `number` is `"12.600"`. `_ja` are texts in Japanese.
+    """An alarm with its texts; `number` is `"12.600"`.
+
+    Fields that end in `_ja` are texts in Japanese.
 
     Its source is the `section` of the manual, or another `source`.
     """

@@ -54,12 +54,12 @@ class Field:
 
     @property
     def fixed(self) -> int | None:
-        """Return the only possible value; None if there is a choice."""
+        """Return the only possible value of the field; None if several values are possible."""
         return next(iter(self.values)) if len(self.values) == 1 else None
 
     @property
     def mask(self) -> int:
-        """Return the bits that the field covers in its (first) word."""
+        """Return a mask of the bits that the field covers in its first word."""
         if self.type != "bits":
             return 0xFFFF
         low, high = self.bits
@@ -67,7 +67,7 @@ class Field:
 
     @property
     def words(self) -> Sequence[int]:
-        """Return the indices of the words that the field covers."""
+        """Return the indices of the words of the telegram that the field covers."""
         if self.type == "bits":
             size = 2
         elif self.type == "text":
@@ -90,13 +90,13 @@ class Field:
         return units.get(cast(int, values[by]), "") if by else self.unit
 
     def read(self, words: Sequence[int]) -> FieldValue:
-        """Return the field's value in a telegram; numbers as on the wire, without scaling."""
+        """Return the field's value in a telegram; numbers are not scaled to units."""
         if self.type == "bits":
             return (words[self.at // 2] & self.mask) >> self.bits[0]
         raw = b"".join(words[k].to_bytes(2, "little") for k in self.words)
         if self.type == "text":
             text = raw[: self.length].decode("latin-1")
-            # texts are padded with one of these characters
+            # texts are padded with spaces or with NUL characters
             return text.rstrip("\0" if text.endswith("\0") else " ")
         every = tuple(part[0] for part in struct.iter_unpack(_FORMATS[self.type], raw))
         return every if self.count > 1 else every[0]
@@ -180,7 +180,7 @@ class Field:
 
 @dataclass(frozen=True)
 class Product:
-    """Limits of the product of some fields."""
+    """The limits for the product of the values of several fields."""
 
     fields: tuple[str, ...]
     range: tuple[int, int]
@@ -238,7 +238,7 @@ class Command:
         return tuple(self._fill(self.response, values)[1:])
 
     def read_response(self, words: Sequence[int]) -> dict[str, FieldValue]:
-        """Return the response's fields by name, from the 16 words at m."""
+        """Return the response's fields by name, from the 16 words that the controller sends."""
         return {part.name: part.read(words) for part in self.response}
 
     def problem(self, words: Sequence[int], *, unused_words: bool = True) -> str:

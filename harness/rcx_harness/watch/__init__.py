@@ -1,1 +1,1 @@
-"""The checks of programs: the rules of the wire, and the contract and calls of each block."""
+"""The checks of programs: the data on the network, and the behaviour and calls of blocks."""

@@ -1,8 +1,8 @@
-"""The rules of the wire for the controller, checked on the areas as they travel.
+"""The rules for the data that a controller sends, checked on the transmitted areas.
 
-This is the counterpart of the monitor in wire.py: it judges the controller's answers to the data
-that the PLC has sent. The virtual controller keeps these rules by design, so the monitor is for
-recordings of other controllers.
+The monitor judges the controller's answers to the data that the PLC has sent. The monitor in
+wire.py judges the data of the PLC. The virtual controller keeps these rules by design, so the
+monitor is for recordings of other controllers.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ _CPU_OK = 0x02
 
 
 class AnswerMonitor:
-    """A monitor of a controller's answers.
+    """A monitor of a controller's answers, with three rules.
 
-    Rules: `status` (it is unknown, it appears without a command, or it disappears without a status
-    reset: guide 1.2, 2 and 4.1), `response` (it changes after the end status: guide 2), `reserved`
-    (chapter 5, 1).
+    `status`: The status is unknown, appears without a command, or disappears without a status reset
+    (guide 1.2, 2 and 4.1). `response`: The response changes after the end status (guide 2).
+    `reserved`: A reserved bit is set (chapter 5, 1).
     """
 
     def __init__(self) -> None:
@@ -39,7 +39,7 @@ class AnswerMonitor:
         self._asked = self._changed = False
 
     def forget(self) -> None:
-        """Reset after missing packets or a change of the connection."""
+        """Forget the last areas after missing packets or a change of the connection."""
         self._so = b""
 
     def take(self, t_us: int, who: str, so: bytes, si: bytes) -> list[Violation]:

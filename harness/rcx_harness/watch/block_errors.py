@@ -53,7 +53,10 @@ class BlockErrors:
         self._before = now
 
     def texts(self, most: int) -> Iterator[str]:
-        """Yield a sentence for each of the first `most` errors, and the number of all others."""
+        """Yield a sentence for each of the first `most` errors.
+
+        If there are more errors, a last sentence has their number.
+        """
         yield from self._texts[:most]
         if (rest := len(self._texts) - most) > 0:
             yield f"further errors of blocks: {rest}"

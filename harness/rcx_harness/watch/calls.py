@@ -1,6 +1,7 @@
 """A run-time monitor of the block calls that the check of the source cannot decide.
 
-The engine must report each call. The C code of matiec does not, so nothing is reported with it.
+The engine must report each call. The C code of matiec reports no calls, so the monitor finds
+nothing on matiec.
 """
 
 from __future__ import annotations
@@ -30,7 +31,8 @@ class CallMonitor:
     """A monitor that demands one call per scan, for one robot, and no skipped call while busy.
 
     Args:
-        plan: The undecided calls; if there are none, the monitor needs no time.
+        plan: The calls that the source does not decide. If there are none, the monitor does
+            nothing.
     """
 
     def __init__(self, program: Program, plan: CallPlan) -> None:
@@ -73,7 +75,7 @@ class CallMonitor:
             self._log.take()
 
     def snapshot(self) -> object:
-        """Return the memory of earlier scans."""
+        """Return the data of earlier scans that the monitor needs."""
         return dict(self._robots), self._before
 
     def restore(self, snapshot: tuple[dict[int, int], frozenset[str]]) -> None:
@@ -82,7 +84,7 @@ class CallMonitor:
         self._robots = dict(robots)
 
     def begin(self) -> None:
-        """Begin after a start of the PLC; calls are not retained."""
+        """Do nothing after a start of the PLC; the monitor uses no retained variables."""
 
     def _judge(self, calls: list[tuple[int, int]]) -> Iterator[str]:
         times = Counter(key for key, _ in calls)

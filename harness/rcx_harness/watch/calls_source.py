@@ -42,7 +42,7 @@ _STOPPING = ("FB_EMERGENCYSTOP", "FB_PROGRAMSTOP")
 
 
 class CallFinding(NamedTuple):
-    """A wrong call.
+    """A wrong call of a block.
 
     Attributes:
         certain: Whether the call fails each time that it runs; otherwise this depends on
@@ -92,8 +92,8 @@ def _findings(files: Sequence[Path], library: Sequence[Path]) -> list[CallFindin
 def _key(files: Sequence[Path], library: Sequence[Path]) -> str:
     """Return a cache key of all files.
 
-    The key contains this module between both groups of files: it marks the beginning of the
-    library, and the result depends on its code.
+    This module is part of the key, because the result depends on its code. It also separates the
+    user's files from the files of the library.
     """
     return cache.sources_key((*files, _HERE, *library))
 
@@ -237,7 +237,7 @@ class _Calls:
     Attributes:
         blocks: All types of blocks.
         called: The watched instances of the program or block, in upper case.
-        varies: Whether a robot is selected by an index that is not constant.
+        varies: Whether an index that is not constant selects a robot.
     """
 
     file: Path
@@ -349,7 +349,7 @@ class _Calls:
         return {**way, **{key: (*way.get(key, ()), call) for key in keys}}
 
     def _once(self, call: _Call, way: _Way) -> None:
-        """Report a second call of the instance, or of another area block for this robot."""
+        """Report a second call of an instance, or a second block for an area of the robot."""
         if call.loop:
             self._tell(call, f"{call.name} is called inside a loop; call it once per scan, outside")
             return
@@ -434,7 +434,7 @@ def _joined(ways: Sequence[_Way]) -> _Way:
 
 
 def _both_run(before: Sequence[_Call], call: _Call) -> bool:
-    """Return whether `call` can run together with a call of `before`, by their branches."""
+    """Return whether the branches allow that `call` and a call of `before` run in the same scan."""
     pairs = [(one.guards, call.guards) for one in before]
     return any(a == b[: len(a)] or b == a[: len(b)] for a, b in pairs)
 

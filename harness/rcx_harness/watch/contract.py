@@ -1,4 +1,4 @@
-"""The contract of the blocks (PLCopen), checked from outside, scan by scan.
+"""The contract of the blocks: rules of PLCopen, checked from outside, scan by scan.
 
 A monitor sees a block before and after a scan, not at its call. Rules that do not depend on the
 time of the call are checked for every instance, including those inside other blocks. The other
@@ -39,7 +39,7 @@ class _Pins(NamedTuple):
 
     @property
     def shown(self) -> tuple[str, ...]:
-        """Return the names of the outputs that are true and exclude each other."""
+        """Return the true outputs among those of which only one may be true."""
         named = zip(("Busy", "Done", "Error", "CommandAborted"), self[:4], strict=True)
         return tuple(name for name, value in named if value)
 
@@ -68,7 +68,7 @@ class _Instance:
         self.before: tuple[Any, ...] = (0,) * len(there)
         self.told: tuple[str, ...] = ()
         self._verdicts: dict[tuple[tuple[Any, ...], tuple[Any, ...]], tuple[str, ...]] = {}
-        """The broken rules by change; cached because the same few changes recur."""
+        """The broken rules for each change of the pins; cached because few changes recur often."""
         self.at_rest = False
         """Whether an unchanged state breaks no rule."""
 
@@ -88,7 +88,10 @@ class _Instance:
         return found
 
     def begin(self, now: tuple[Any, ...]) -> None:
-        """Take over the values of `read` if an output is true, since this output is not new."""
+        """Store the values of `read` as the previous values if an output is true.
+
+        Such an output was true before the start, so the next scan must not judge it as new.
+        """
         if any(self._by_pin(now)[1:]):
             self.before = now
 
@@ -148,10 +151,10 @@ class _Edge(_Instance):
 
 
 class ContractMonitor:
-    """A monitor of the contract for every instance with such pins, also inside other blocks.
+    """A monitor of the contract for every block instance, also inside other blocks.
 
-    These are the blocks with Execute, Busy, Done and Error, those with Enable and Error, and all
-    others with Error and ErrorID. The monitor judges an instance only if its pins have changed, or
+    It judges blocks with Execute, Busy, Done and Error, blocks with Enable and Error, and all other
+    blocks with Error and ErrorID. The monitor judges an instance only if its pins have changed, or
     if an unchanged state would be a violation.
 
     Args:
@@ -190,7 +193,7 @@ class ContractMonitor:
         return found
 
     def snapshot(self) -> object:
-        """Return the memory of each instance."""
+        """Return the previous values of all instances."""
         return [(one.before, one.told) for one in self.instances]
 
     def restore(self, snapshot: list[tuple[tuple[Any, ...], tuple[str, ...]]]) -> None:
@@ -201,7 +204,7 @@ class ContractMonitor:
         self._seen = None
 
     def begin(self) -> None:
-        """Begin after a start of the PLC: an instance in VAR RETAIN still has its outputs."""
+        """Begin anew after a start of the PLC; an instance in VAR RETAIN still has its outputs."""
         pins = iter(self._look())
         for instance in self.instances:
             instance.begin(tuple(islice(pins, len(instance.read))))
@@ -227,14 +230,14 @@ class _Found(NamedTuple):
 
 @lru_cache(maxsize=64)
 def _all_inside(path: str, owner: BlockType, steady: frozenset[str]) -> tuple[_Found, ...]:
-    """Return the watched instances of a program, which are the same for each of its cells."""
+    """Return the watched instances of a program; they are the same for each cell with it."""
     return tuple(_inside(path, owner, steady, outermost=True, topmost=True))
 
 
 def _inside(
     path: str, owner: BlockType, steady: Collection[str], *, outermost: bool, topmost: bool
 ) -> Iterator[_Found]:
-    """Yield the watched instances declared in `owner`, and those inside them."""
+    """Yield the watched instances declared in `owner`, and watched instances inside these."""
     for variable in owner.variables:
         block = variable.type
         if variable.section != "VAR" or not isinstance(block, BlockType):
@@ -259,7 +262,7 @@ def _is_pin(kind: object) -> bool:
 
 
 def _kind(names: Collection[str]) -> type[_Instance] | None:
-    """Return the contract of a block with these pins, or None."""
+    """Return the class that judges a block with these pins; None if the block has no such rules."""
     if all(pin in names for pin in ("execute", "busy", "done", "error")):
         return _Edge
     if "enable" in names and "error" in names:

@@ -3,8 +3,8 @@
 All of them are legal Structured Text: the program runs, but its robot does nothing. They are: no
 FB_ReadArea or no FB_WriteArea for a robot, a required pin that is not wired, a block that is used
 but never called, and a robot that a block takes as a copy. All findings are warnings. Nothing is
-reported if the source does not decide it, for example with a robot behind a pointer or an index
-that is not constant.
+reported if the source does not decide whether it is a mistake. An example is a robot behind a
+pointer or an index that is not constant.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ _MOVES = (
 _MOVES_BEGIN = ("FB_MOVE", "FB_DRIVE", "FB_PUSH", "FB_PALLETMOVE")
 #: Blocks without Execute that send something to the controller.
 _SENDING = ("FB_CONTINUOUSPOSITION", "FB_OPERATOR", "FB_OVERRIDE", "FB_SEQUENCECONTROL")
-#: By area block: the wrong image, the right image, and the consequence of the mistake.
+#: For each area block: the wrong image, the right image, and the consequence of the mistake.
 _OTHER_IMAGE = {
     "read": (
         "OutputArea",
@@ -155,7 +155,7 @@ class _Mistakes:
         yield self._at(first, text)
 
     def _declared(self, call: Call, area: str) -> str:
-        """Name an instance of the missing area block that is declared, but not called."""
+        """Return a text about an instance of the missing block that is declared but not called."""
         for symbol in call.pou.symbols.values():
             kind = symbol.type
             missing = isinstance(kind, BlockType) and AREAS.get(kind.name.upper()) == area
@@ -164,7 +164,7 @@ class _Mistakes:
         return ""
 
     def _another(self, robot: Robot) -> str:
-        """Name the robots that are read and written; the user may have meant one of them."""
+        """Return a text with the robots that are read and written; the user may have meant one."""
         others = [
             one.name
             for one in self._used.robots.values()

@@ -1,9 +1,9 @@
 """A check of a program's own process image, read from its checked source.
 
-A cell fills `InputArea` before each scan. If the program copies located variables into it, the cell
-fills these variables instead. A program that fills its image from other variables never receives
-data of the robot, although it is legal Structured Text and breaks no rule of the manual. Therefore
-this is reported.
+A cell fills `InputArea` before each scan. If the program copies located variables into `InputArea`,
+the cell fills these variables instead. A program that fills its image from other variables never
+receives data of the robot, although it is legal Structured Text and breaks no rule of the manual.
+Therefore such a program is reported.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def _found(files: Sequence[Path], every: Sequence[Path]) -> ImageUse:
 
 
 class _Images:
-    """The images of a program, with all writes to them.
+    """The process images of a program, with all writes to these images.
 
     Only the user's `files` are read, because no block of the library writes to the image from the
     robot.
@@ -95,7 +95,7 @@ class _Images:
                     self._read(one)
 
     def judge(self) -> ImageUse:
-        """Judge each image that is read."""
+        """Find the faults of each process image that FB_ReadArea reads."""
         located, plain, found = False, False, []
         for image, name in self._all_images().items():
             writes = [one for place in self._alike(image) for one in self._written(place)]
@@ -186,7 +186,10 @@ class _Images:
             self._feeds[place[:2]].update(one[:2] for one in self._uses(value, pou))
 
     def _uses(self, value: object, pou: t.Pou) -> Iterator[_Place]:
-        """Yield the variables in an expression; for a block's pin also the pin of the type."""
+        """Yield the variables in an expression.
+
+        A pin of an instance is named by the block's type.
+        """
         for node in nodes(value):
             if isinstance(node, (t.Use, t.Member)) and (place := self._place(node, pou)):
                 yield place
@@ -221,7 +224,7 @@ class _Images:
     # --- conclusions from the writes ---
 
     def _all_images(self) -> dict[_Place, str]:
-        """Return the images with their names; a VAR_IN_OUT is replaced by its arguments."""
+        """Return the process images with their names; arguments replace each VAR_IN_OUT."""
         found: dict[_Place, str] = {}
         for image, name in self._images.items():
             symbol = self._symbol(image)
@@ -236,7 +239,7 @@ class _Images:
         return found
 
     def _alike(self, image: _Place) -> list[_Place]:
-        """Return an image, the pins to which it is passed, and the pointers to it."""
+        """Return a process image, the pins to which it is passed, and the pointers to it."""
         found, waiting = [image], [image]
         while waiting:
             for one in sorted(self._same.get(waiting.pop(), ())):
@@ -246,14 +249,14 @@ class _Images:
         return found
 
     def _written(self, image: _Place) -> Iterator[_Write]:
-        """Yield the writes to an image, to a part of it, or to a variable that contains it."""
+        """Yield the writes to a process image, to a part of it, or to a variable around it."""
         for place, writes in self._writes.items():
             shorter = min(len(place), len(image))
             if place[:shorter] == image[:shorter]:
                 yield from writes
 
     def _sources(self, image: _Place) -> Iterator[_Place]:
-        """Yield the variables whose values reach an image, directly or through other variables."""
+        """Yield the variables whose values reach a process image, also through other variables."""
         seen, waiting = {image[:2]}, [one[:2] for one in self._alike(image)]
         while waiting:
             for one in sorted(self._feeds.get(waiting.pop(), ())):
@@ -271,7 +274,7 @@ class _Images:
         return address if address[1:2].upper() in ("I", "M") else ""
 
     def _symbol(self, place: _Place) -> t.Symbol | None:
-        """Return the variable, or None for the target of a pointer."""
+        """Return the declared variable at a path; None for the target of a pointer."""
         pou = self._project.pous.get(place[0])
         return self._symbols.get(place[:2]) or (pou.symbols.get(place[1]) if pou else None)
 
@@ -281,7 +284,7 @@ def _is_large(kind: Type) -> bool:
 
 
 def _through(pointer: _Place) -> _Place:
-    """Return a substitute for the unknown target of a pointer."""
+    """Return a name such as `P^` for the unknown target of a pointer."""
     return (*pointer[:-1], f"{pointer[-1]}^")
 
 

@@ -24,7 +24,7 @@ Place = tuple[str, ...]
 
 
 def robot_pins(block: BlockType) -> list[str]:
-    """Return the VAR_IN_OUT of type RCX_REF of a block, in upper case."""
+    """Return the names of a block's VAR_IN_OUT of type RCX_REF, in upper case."""
     return [
         one.name.upper()
         for one in block.variables
@@ -33,7 +33,7 @@ def robot_pins(block: BlockType) -> list[str]:
 
 
 def pins_of(block: BlockType) -> set[str]:
-    """Return the VAR_INPUT of a block, in upper case."""
+    """Return the names of a block's VAR_INPUT, in upper case."""
     return {one.name.upper() for one in block.variables if one.section == "VAR_INPUT"}
 
 
@@ -58,8 +58,8 @@ class Call:
 
     Attributes:
         instance: The path of the called instance; None if the source does not decide it.
-        image: The process image in its arguments, if there is one.
-        frame: The frame in which `pou` runs.
+        image: The process image among the arguments; None if there is none.
+        frame: The frame of the program or block that makes the call.
     """
 
     pou: t.Pou
@@ -72,7 +72,7 @@ class Call:
 
     @property
     def block(self) -> BlockType:
-        """Return the called type."""
+        """Return the type of the called block."""
         return self.node.block
 
     @property
@@ -252,20 +252,20 @@ class RobotsUsed:
             robot.copy = symbol, call.frame.pou
 
     def _written(self, variable: t.Expression, frame: _Frame) -> None:
-        """Note an input of a block that is assigned outside of a call."""
+        """Record an input of a block that is assigned outside of a call."""
         if isinstance(variable, t.Member) and isinstance(variable.base.type, BlockType):
             self.set_apart.add((variable.base.type.name.upper(), variable.name.upper()))
         elif isinstance(variable, t.Use):
             self.set_apart.add((frame.pou.name.upper(), variable.symbol.name.upper()))
 
     def _let_go(self, variable: t.Expression, frame: _Frame, pou: t.Pou) -> None:
-        """Note that the source does not decide the further use of a variable."""
+        """Record that the source does not decide the further use of a variable."""
         place = self._place(variable, frame, pou)
         if place is not None:
             self._unsettled.add(place)
 
     def _note_uses(self, owner: t.Pou, node: object) -> None:
-        """Note the instances whose pins are used, and the instances that are used as a whole."""
+        """Record the instances whose pins are used, and the instances that are used as a whole."""
         if isinstance(node, t.Member) and isinstance(node.base, t.Use):
             self._members.add((owner, node.base.symbol.name.upper()))
         elif isinstance(node, t.Use):

@@ -1,4 +1,4 @@
-"""The rules of the wire, checked on the PLC's side, scan by scan.
+"""The rules for the data that a program sends, checked on the PLC's side, scan by scan.
 
 The controller reports faults in the data that it receives. This monitor reports faults in the data
 that the program writes, even if the network happens to hide them. It judges only while the PLC's
@@ -14,14 +14,14 @@ from structured_text.output.units import format_us, format_word
 
 __all__ = ["INTERVAL_US", "WireMonitor", "word"]
 
-#: Shortest time between two changes of dedicated inputs, equal or different (chapter 5, 3,
-#: caution).
+#: Shortest time between two changes of dedicated inputs, of the same or of different inputs
+#: (chapter 5, 3, caution).
 INTERVAL_US = 100_000
 
 
 _SAFETY = ("SI(00)", "SI(06)")
-#: By input that starts something: the inputs that must be ON. With SI(00) OFF nothing moves, and
-#: SI(06) OFF stops programs and movements (manual chapter 5, 2 and 3.2; chapter 4, 4: 12.400).
+#: For each input that starts something, the inputs that must be ON. With SI(00) OFF nothing moves,
+#: and SI(06) OFF stops programs and movements (manual chapter 5, 2 and 3.2; chapter 4, 4: 12.400).
 _STARTS = {
     "SI(01)": ("SI(00)",),
     "SI(12)": ("SI(00)", "SI(06)"),
@@ -71,7 +71,7 @@ class WireMonitor:
         self._judged = False
 
     def scan(self, t_us: int, scan: int, so: bytes, si: bytes, connected: bool) -> list[Violation]:
-        """Judge one scan."""
+        """Judge the areas that the program has written in one scan; return the broken rules."""
         before, self._si = self._si, si
         judged, self._connected = connected and self._connected, connected
         if not judged:
@@ -133,7 +133,7 @@ class WireMonitor:
         return found
 
     def _off(self, signal: str, si: bytes) -> str:
-        """Return the inputs that this input needs and that are OFF, followed by "is" or "are"."""
+        """Return the inputs that an input needs and that are OFF, followed by "is" or "are"."""
         places = ((needed, *self._places[needed]) for needed in _STARTS.get(signal, ()))
         off = [needed for needed, byte, bit in places if not si[byte] >> bit & 1]
         return f"{' and '.join(off)} {'is' if len(off) == 1 else 'are'}" if off else ""

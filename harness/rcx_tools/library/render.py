@@ -174,7 +174,7 @@ def _outputs(block: Block) -> list[_Row]:
 def _inner(body: str) -> list[_Row]:
     every = (
         ("Job", "FB_RcxJob", ""),
-        ("Data", "RCX_WORDS", "constant from the rising edge of Execute"),
+        ("Data", "RCX_WORDS", "command data, sampled at the rising edge of Execute"),
         ("Refused", "WORD", "ErrorID of an illegal input"),
         ("Number", "DINT", ""),
         ("k", "INT", ""),

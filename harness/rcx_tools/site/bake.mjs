@@ -1,6 +1,6 @@
-// Compiles what the Python of the playground reads, for the Python that runs it:
-// node bake.mjs FOLDER_OF_PYODIDE ARCHIVE JOB. The archive (zip) is packed anew, with its modules
-// compiled beside them, and what is left of the job's compilation in the cache of the harness.
+// Compiles the modules and the library for the Python of the playground:
+// node bake.mjs FOLDER_OF_PYODIDE ARCHIVE JOB. The script packs the archive (zip) again, with the
+// compiled modules, and with the cache of the harness that the compilation of the job has filled.
 import { readFileSync, writeFileSync } from "node:fs";
 import { pathToFileURL } from "node:url";
 
@@ -30,5 +30,5 @@ try {
   python.runPython(PACK, { globals: python.toPy({ job: readFileSync(job, "utf8") }) });
   writeFileSync(archive, python.FS.readFile("/baked.zip"));
 } catch (error) {
-  process.stderr.write(`${error.message}\n`, () => process.exit(1)); // not the whole source beside it
+  process.stderr.write(`${error.message}\n`, () => process.exit(1)); // the message only, without the source text
 }

@@ -17,7 +17,8 @@ STIMULUS, SCAN = 0, 5
 
 Duration = str | int | timedelta
 
-#: The function that an event calls. Its argument is the time of the event in microseconds.
+#: The function that an event calls. The argument of the function is the time of the event in
+#: microseconds.
 Action = Callable[[int], None]
 
 #: The saved state of an agenda, see `Agenda.restore`.
@@ -38,8 +39,8 @@ class Agenda:
     Events of the same time, kind and device run in the order in which they were added.
 
     Attributes:
-        periods: Period of each repeated kind in microseconds. After such an event the queue adds
-            the next.
+        periods: Period of each kind of repeated events in microseconds. After an event of this
+            kind, the queue adds the next one.
     """
 
     def __init__(self) -> None:
@@ -53,7 +54,7 @@ class Agenda:
         return ""
 
     def add(self, t_us: int, kind: int, action: Action, device: int = 1) -> None:
-        """Schedule `action` at `t_us`."""
+        """Schedule `action` at the time `t_us`."""
         self._count += 1
         heappush(self._queue, (t_us, kind, device, self._count, action))
 

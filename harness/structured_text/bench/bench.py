@@ -23,7 +23,7 @@ from structured_text.projects.sources import Files, SourceFiles, source_files
 
 __all__ = ["Bench", "BenchTimeout"]
 
-#: Stands for a time, or a number of scans, that no run reaches.
+#: A time, or a number of scans, that is greater than in any run.
 _NEVER = sys.maxsize
 #: Upper limits for a number of scans, and for a delay of a scan in microseconds.
 _MOST_SCANS, _LONGEST_US = 10**10, 365 * 86_400_000_000
@@ -84,7 +84,10 @@ class Bench:
         """Whether `close` has been called."""
         self._notice, self._leave = notice, leave or program.close
         self.mistakes = mistakes
-        """The warnings about the source of the program, one line each; `notice` has them, too."""
+        """The warnings about the source of the program, one line each.
+
+        `notice` contains them as well.
+        """
         self.now_us = 0
         self.scans = 0
         self.violations: list[Violation] = []
@@ -94,7 +97,7 @@ class Bench:
         self._agenda.repeat(first_us, SCAN, scan_us, self._scan)
         self._scan_us, self._first_us = scan_us, first_us
         self.plc = plc
-        """The PLC: STOP and RUN, power, and the variables that survive a start."""
+        """The state of the PLC: STOP or RUN, its power, and the variables that survive a start."""
         self._wanted = False
 
     @classmethod
@@ -263,7 +266,7 @@ class Bench:
         self._agenda.delay(SCAN, whole("late_us", late_us, 0, _LONGEST_US))
 
     def at(self, t_us: int, action: Callable[[], None]) -> None:
-        """Call `action` at `t_us`, before anything else that happens at that time."""
+        """Call `action` at `t_us`, before all other events of this time."""
         whole("t_us", t_us, 0, _NEVER)
         if t_us < self.now_us:
             raise InputError(
@@ -273,7 +276,7 @@ class Bench:
 
     @property
     def notice(self) -> str:
-        """Return the notices about the chosen engine and about the network; empty without any."""
+        """Return the notices about the chosen engine and the network; empty if there are none."""
         return "\n".join(filter(None, (self._notice, self._agenda.notice)))
 
     @contextmanager
@@ -291,7 +294,7 @@ class Bench:
 
     @property
     def next_us(self) -> int:
-        """Return the planned time of the next scan; `overrun` does not change the plan."""
+        """Return the planned time of the next scan, without a delay by `overrun`."""
         return self._first_us + self.scans * self._scan_us
 
     # --- state -------------------------------------------------------------------------------
@@ -332,7 +335,10 @@ class Bench:
         self.program = cast(Program, _ClosedProgram(self._closed))
 
     def _part(self) -> None:
-        """Shut down the devices around the program; a bench has none."""
+        """Shut down the devices around the program.
+
+        Subclasses with devices override this method.
+        """
 
     def _closed(self) -> InputError:
         """Return the error for an operation on a closed bench."""
@@ -377,14 +383,17 @@ class Bench:
             self.report(found)
 
     def _before_scan(self, now: int) -> None:
-        """Pass the inputs from the devices around the program to it; a bench has none."""
+        """Pass the inputs from the devices to the program.
+
+        Subclasses with devices override this method.
+        """
 
     def _after_scan(self, now: int, number: int, watched: dict[str, Any] | None) -> None:
-        """Pass the program's outputs to the devices around it, and add the scan to the trace."""
+        """Add the scan to the trace. Subclasses also pass the program's outputs to the devices."""
         self.trace.add(Sample(now, number, watched))
 
     def report(self, found: Iterable[Violation]) -> None:
-        """Record broken rules."""
+        """Add broken rules to `violations` and to the trace."""
         for violation in found:
             self.violations.append(violation)
             self.trace.add(violation)

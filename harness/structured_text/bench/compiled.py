@@ -46,7 +46,7 @@ class Compiled:
 
     @classmethod
     def take(cls: type[_Made], files: SourceFiles, engine: str = "auto") -> _Made:
-        """Return a cached program of the same sources, or compile a new one.
+        """Return the cached program for these sources and options, or compile a new one.
 
         A cached program is reset to its state before the first scan.
 
@@ -75,7 +75,7 @@ class Compiled:
     def fresh(self) -> Program:
         """Reset the program to its state before the first scan, and return it.
 
-        All users of this object share this program.
+        All users of this object share the program.
         """
         self.program.restore(self._first)
         return self.program

@@ -32,7 +32,10 @@ _On = TypeVar("_On", contravariant=True)
 
 @dataclass(frozen=True)
 class Event(Generic[_On]):
-    """An event: its help text, and a function that checks the arguments and returns the action."""
+    """An event of the PLC.
+
+    It has a help text, and a function that checks the arguments and returns the action.
+    """
 
     text: str
     made: Callable[..., Callable[[_On, int], None]]
@@ -84,14 +87,14 @@ EVENTS: dict[str, Event[Stopped]] = {
     "plc_overrun": Event("the PLC's next scan comes late: by = 30ms (50ms)", _overrun),
 }
 
-#: Events that last, and the event that ends each of them.
+#: The events that have a duration, each with the event that ends it.
 OPPOSITES: dict[str, str] = {"plc_stop": "plc_run", "plc_power_off": "plc_power_on"}
 
 
 def opposite(event: str, args: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
-    """Return the event that ends a lasting event, with the same arguments.
+    """Return the event that ends an event with a duration, and the same arguments.
 
-    Raise InputError if the event does not last.
+    Raise InputError if the event cannot have a duration.
     """
     if event not in OPPOSITES:
         hint = "use 'for' with stop or power_off only"

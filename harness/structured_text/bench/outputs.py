@@ -16,7 +16,7 @@ __all__ = ["check_outputs"]
 if TYPE_CHECKING:
     from structured_text.projects.sources import SourceFiles
 
-#: Kinds of output: name, and the first characters of every such file.
+#: The kinds of output files: the name of each kind, and the characters with which its files begin.
 _WRITTEN = {
     "trace": ("trace", f'{{"format":"{FORMAT.partition("/")[0]}/'),
     "chart": ("timing chart (SVG)", "<svg "),

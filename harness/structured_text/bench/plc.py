@@ -24,7 +24,7 @@ class Monitor(Protocol):
         """Restore the state from `snapshot`."""
 
     def begin(self) -> None:
-        """Begin with the current variables.
+        """Begin the watch anew with the current variables.
 
         After a warm start, retained variables have their old values.
         """
@@ -47,18 +47,18 @@ class Plc:
         self.beginning = program.snapshot()
         """The state of the program after a cold start."""
         self.on_start: list[Callable[[], None]] = []
-        """The functions that are called after a start."""
+        """The functions that are called after each start of the PLC."""
         self._program, self._retained = program, retained
         self._monitors = [(one, one.snapshot()) for one in monitors]
         self._outside: dict[str, Value] = {}
 
     def note(self, path: str) -> None:
-        """Note that a variable was set from outside the program."""
+        """Record that a variable was set from outside the program."""
         self._outside.pop(path, None)
         self._outside[path] = self._program.read(path)
 
     def judge(self, now_us: int, scan: int) -> list[Violation]:
-        """Return the violations that the monitors have found in a scan."""
+        """Return the broken rules that the monitors have found in a scan."""
         return [found for one, _ in self._monitors for found in one.scan(now_us, scan)]
 
     def stop(self, *, power: bool) -> None:
@@ -68,8 +68,8 @@ class Plc:
     def start(self, start: str) -> None:
         """Go into RUN; `start` is `warm`, `cold` or `continue`.
 
-        A variable that was set from outside and still has that value is an input of the program. It
-        has the same value after the start.
+        A variable that was set from outside and still has this value is an input of the program. An
+        input has the same value after the start.
         """
         if start != "continue" or not self.powered:
             self._begin_anew(retain=start != "cold")

@@ -35,7 +35,7 @@ _K = TypeVar("_K")
 
 
 class Sample(NamedTuple):
-    """One scan: the watched variables at its end."""
+    """A record of one scan, with the watched variables at the end of the scan."""
 
     t_us: int
     scan: int
@@ -51,7 +51,7 @@ class Sample(NamedTuple):
 
 
 def _line(record: Any) -> str:
-    """Return a record as a line of a file; a broken rule is reduced to its text."""
+    """Return a record as a line of the trace file; of a broken rule, only the text is written."""
     if isinstance(record, Violation):
         return json.dumps({"t_us": record.t_us, "violation": record.text}, **COMPACT)
     line: str = record.line()
@@ -62,11 +62,11 @@ class Trace(Generic[_R]):
     """The records of a run, streamed to a file as they come; the latest are also in memory.
 
     Args:
-        header: Entries of the first line behind `format`, in this order.
+        header: Entries of the first line after `format`, in this order.
         path: File to write; None for memory only.
         new: Refuse a file that exists.
         keep: Number of records in memory.
-        watched: Watched variables by path, with their types; `watch` in the header.
+        watched: Types of the watched variables by path; the header contains them as `watch`.
         last: Further entries at the end of the first line.
 
     Raises:

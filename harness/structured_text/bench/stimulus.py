@@ -38,17 +38,17 @@ class Entry:
         t_us: Time from the start of the run.
         values: Variables to set, by path.
         events: Events of the PLC: name and arguments.
-        held_us: Time after which the values, all of type BOOL, and the events are undone; None if
-            they stay.
+        held_us: Time after which the entry's BOOL values and events are undone; None if they
+            remain.
         expect: Conditions that must hold just before the values are set, see `engines.conditions`.
     """
 
     keys: ClassVar[tuple[str, ...]] = ("time", "set", "plc", "for", "expect")
-    """The keys that a table may have."""
+    """The keys that an `[[at]]` table may have."""
     opposite: ClassVar[Callable[..., tuple[str, dict[str, Any]]]] = staticmethod(opposite)
-    """Returns the event that ends another event."""
+    """The function that returns the event which ends a given event."""
     lasting: ClassVar[str] = "set or plc"
-    """The keys that `for` can be combined with, for messages."""
+    """The keys that `for` can be combined with; used in messages."""
 
     t_us: int
     line: int = 0
@@ -59,7 +59,7 @@ class Entry:
 
     @classmethod
     def of(cls: type[_Made], table: Mapping[str, Any], line: int) -> _Made:
-        """Read a table; raise InputError if something in it is wrong."""
+        """Read an `[[at]]` table; raise InputError if it contains an error."""
         for key in table:
             if key not in cls.keys:
                 cls.refuse(key)
@@ -94,7 +94,7 @@ class Entry:
 
     @classmethod
     def more_of(cls, table: Mapping[str, Any]) -> dict[str, Any]:
-        """Return further attributes that a subclass reads from the table."""
+        """Return the further attributes of an entry that a subclass reads from the table."""
         del table
         return {}
 
@@ -105,7 +105,7 @@ class Entry:
         values: Mapping[str, Any],
         events: list[tuple[str, Mapping[str, Any]]],
     ) -> int | None:
-        """Return the duration of the entry (`for`) in microseconds, or None."""
+        """Return the duration of the entry (`for`) in microseconds; None if it has no `for`."""
         given = table.get("for")
         if given is None:
             return None
@@ -127,7 +127,7 @@ class Entry:
         return held_us
 
     def parts(self: _Made) -> list[_Made]:
-        """Return the entry without its end, and a further entry for the end if it has one."""
+        """Return the entry without its duration, and a second entry for the end of the duration."""
         if self.held_us is None:
             return [self]
         return [replace(self, held_us=None), self.end(self.t_us + self.held_us)]
@@ -139,19 +139,22 @@ class Entry:
         return type(self)(t_us, self.line, values, events)
 
     def apply(self, bench: Any) -> None:
-        """Set the values and trigger the events now; the end is not included."""
+        """Set the values and trigger the events of the entry now; `end` undoes them."""
         self.set_values(bench)
         for event, args in self.events:
             bench.inject(event, **args)
 
     def attempt(self, bench: Any) -> None:
-        """Check that the entry is possible, and set its values; raise InputError if it is not."""
+        """Check that the entry is possible, and set its values.
+
+        Raise InputError if it is impossible.
+        """
         self.set_values(bench)
         for event, args in self.events:
             checked(EVENTS, event, args)
 
     def set_values(self, bench: Bench) -> None:
-        """Set the variables."""
+        """Set the variables of the entry."""
         for path, value in self.values.items():
             bench[path] = typed(bench, path, value)
 
@@ -163,7 +166,7 @@ class Stimulus:
     """
 
     entry: ClassVar[type[Entry]] = Entry
-    """The class of the entries."""
+    """The class of the entries; a subclass can use another class."""
 
     def __init__(self, file: Path, entries: Sequence[Any]) -> None:
         self.file = file
@@ -227,7 +230,7 @@ class Stimulus:
                     conditions(bench.program, entry.expect)
 
     def _expected(self, bench: Bench) -> dict[Entry, list[Condition]]:
-        """Return the compiled conditions of the entries that have some."""
+        """Return each entry that has `expect` conditions, with the compiled conditions."""
         found = {}
         for entry in self.entries:
             if entry.expect:
@@ -237,7 +240,7 @@ class Stimulus:
 
 
 def _judge(bench: Bench, expected: list[Condition]) -> None:
-    """Report the conditions that do not hold now."""
+    """Report each `expect` condition that does not hold now as a broken rule."""
     for one in expected:
         if not one.holds():
             text = f"plc, scan {bench.scans}: expect: {one.text} does not hold"
@@ -259,7 +262,7 @@ def _entry_lines(file: Path) -> list[int]:
 
 
 def listed(table: Mapping[str, Any], key: str) -> list[Any]:
-    """Return the values of a key as a list; a key has one value or several."""
+    """Return the values of a key as a list, even if the key has only one value."""
     given = table.get(key, [])
     return given if isinstance(given, list) else [given]
 
@@ -276,8 +279,8 @@ def event_of(
 ) -> tuple[str, Mapping[str, Any]]:
     """Return name and arguments of an event from the file.
 
-    Raise InputError if it is not an event. `names` maps the names in the file to the full names of
-    events. `elsewhere` has hints for events that must stand under another key.
+    Raise InputError if there is no event of this name. `names` maps the names in the file to the
+    full names of events. `elsewhere` contains hints for events that belong under another key.
     """
     args: dict[str, Any] = {}
     if isinstance(given, dict):

@@ -23,7 +23,7 @@ _WILD = re.compile(r"[*?]")
 _PART = re.compile(r"\.?((?:[^\W\d]|[*?])[\w*?]*)|\[([^\[\]]*)\]")
 _MOST_NAMED = 12
 
-#: A path and the type of the variable there.
+#: A path, and the type of the variable at this path.
 _Found = tuple[str, Type]
 
 
@@ -37,8 +37,8 @@ class Watched:
             skips blocks and arrays that are too long to show.
 
     Raises:
-        InputError: There is no such variable, or none that matches the pattern; the error suggests
-            similar names.
+        InputError: A path names no variable, or a pattern matches none; the error suggests similar
+            names.
     """
 
     def __init__(self, program: Program, patterns: str | Sequence[str]) -> None:
@@ -56,7 +56,7 @@ class Watched:
     def values(self) -> dict[str, Value]:
         """Return the values by path.
 
-        After `keep` these are the values that `keep` has read.
+        After a call of `keep`, the values that `keep` has read are returned.
         """
         read = self._read() if self._last is None else self._last
         return dict(zip(self.types, read, strict=True))
@@ -70,7 +70,7 @@ class Watched:
         }
 
     def keep(self) -> None:
-        """Read the values for the last time, before the program ends."""
+        """Read and save the values for the last time, because the program is about to be freed."""
         self._last = self._read()
 
 
@@ -115,7 +115,7 @@ def _roots(program: Program) -> Iterator[_Found]:
 
 
 def _within(program: Program, path: str) -> list[_Found]:
-    """Return the members and elements of a variable, or the variables of a list of globals."""
+    """Return the members or elements of a variable, or the variables of a global variable list."""
     try:
         return list(_below([(path, program.type_of(path))]))
     except InputError:
@@ -144,7 +144,7 @@ def _below(found: Iterable[_Found]) -> Iterator[_Found]:
 
 
 def _fits_part(path: str, part: re.Match[str]) -> bool:
-    """Return whether the last part of a path matches a part of a pattern."""
+    """Return whether the last name or index of a path matches a name or index of a pattern."""
     if part[2] is not None:
         index = path.rpartition("[")[2].removesuffix("]") if path.endswith("]") else ""
         wanted, given = part[2].split(","), index.split(",")

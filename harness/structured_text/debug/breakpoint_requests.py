@@ -84,7 +84,7 @@ class BreakpointRequests(Requests):
     def _of_device(self, devices: Devices, wanted: Message, file: str, at: int) -> Breakpoint:
         """Return a breakpoint in the program of a device.
 
-        Its condition is written in the language of the device.
+        The condition of the breakpoint is written in the language of the device.
         """
         if wanted.get("logMessage"):
             hint = "remove it; a condition or a number of hits works there"

@@ -31,7 +31,7 @@ _BRACES = re.compile(r"\{([^{}]*)\}")
 class Counting:
     """A condition on the number of hits.
 
-    `5` is the fifth hit, `>= 5` the fifth and all later ones, `% 10` each tenth.
+    `5` is the fifth hit, `>= 5` the fifth and all later hits, `% 10` each tenth hit.
     """
 
     compare: Callable[[int, int], bool]
@@ -67,10 +67,10 @@ class Breakpoint:
 
     Attributes:
         number: Its identifier for the client.
-        lines: Lines of the module, by the upper-case name of the POU.
-        conditions: Conditions by POU. A POU without a condition always stops.
-        counting: Condition on the number of hits. None counts each hit.
-        messages: Messages by POU; a POU with a message prints it and does not stop.
+        lines: Lines of the generated Python module, by the upper-case name of the POU.
+        conditions: Conditions by POU. Without a condition, the breakpoint always stops.
+        counting: Condition on the number of hits; None if every hit takes effect.
+        messages: Messages by POU. With a message, the breakpoint prints it and does not stop.
         entry: Whether only the first statement of a call counts.
     """
 
@@ -90,7 +90,7 @@ class Breakpoint:
     def hit(self, pou: str, variables: Mapping[str, Any]) -> bool:
         """Count a hit and return whether the breakpoint takes effect, or raise InputError.
 
-        It takes effect by a stop, or by its message.
+        The effect is a stop, or the output of the breakpoint's message.
         """
         condition = self.conditions.get(pou)
         if condition is not None and not condition.value(variables):
@@ -106,7 +106,7 @@ class Breakpoint:
         return self.counting.compare(place + 1, self.counting.number)
 
     def forget_after(self, scan: int) -> None:
-        """Remove all hits after a scan, because the run continues differently from there."""
+        """Remove all hits after a scan, because the run continues differently after this scan."""
         self._seen = [one for one in self._seen if one[0] <= scan]
 
 
@@ -114,8 +114,7 @@ class DataWatch:
     """A variable whose changes are watched.
 
     Attributes:
-        number: The identifier of the watch for the client; 0 if the debugger itself searches the
-            past.
+        number: The identifier of the watch for the client; 0 for a search backwards.
     """
 
     def __init__(

@@ -53,7 +53,7 @@ class Console:
     # --- expressions ---
 
     def look(self, frame: Frame, text: str) -> Held:
-        """Return the variable or the value that an expression has in a frame.
+        """Evaluate an expression in a frame; return a variable or a value.
 
         A path from a program on (`Main.Servo.Busy`) is valid in every frame. Raise InputError if
         the text is not an expression, or has no value.
@@ -72,7 +72,7 @@ class Console:
         return Held(text, compiled.type, lambda: value)
 
     def place(self, frame: Frame, text: str) -> Held:
-        """Return the variable that an expression names; raise InputError if it cannot be set."""
+        """Return the variable that an expression names, or raise InputError if it cannot be set."""
         found = self.look(frame, text)
         if found.set is None:
             raise refuse_set(found)
@@ -144,7 +144,7 @@ class Console:
     def lasting(self, frame: Frame, text: str) -> str:
         """Return the full path of a variable that is named in a frame.
 
-        Raise InputError if it is not a variable that keeps its value from scan to scan.
+        Raise InputError if the variable does not keep its value from scan to scan.
         """
         found = self.look(frame, text)
         first, _, _ = re.split(r"([.\[])", f"{found.path}.", maxsplit=1)
@@ -163,7 +163,7 @@ class Console:
         raise InputError(f"{text} is not a variable that lasts from scan to scan")
 
     def watch(self, path: str, number: int) -> DataWatch:
-        """Return a watch for a variable, or raise InputError."""
+        """Return a watch for a variable; raise InputError if the variable cannot be watched."""
         found = self._memory.at(resolve(self._project, path))
         if is_scalar(found.type):
             return DataWatch(
@@ -211,7 +211,7 @@ class Console:
         raise InputError(f"there is no command .{word}", hint=".help lists them")
 
     def positions(self) -> str:
-        """Return lines with the positions of the PLC and of each task of its devices."""
+        """Return one line with the position of the PLC, and one for each task of a device."""
         tracer = self._debugger.player.tracer
         thread = self._scopes.running(tracer)
         frame = self._scopes.stack(tracer, thread)[0]

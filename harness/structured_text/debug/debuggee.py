@@ -30,7 +30,7 @@ class Debuggee:
 
     Attributes:
         machine: The program with the devices around it.
-        base: Number that the client gives to the first line of a file, 0 or 1.
+        base: The number of the first line of a file in the client, 0 or 1.
     """
 
     machine: Machine
@@ -45,7 +45,7 @@ class Debuggee:
 
     @classmethod
     def of(cls, machine: Machine, front: Front, base: int) -> Debuggee:
-        """Return the parts for a machine; stops are reported to `front`."""
+        """Return the debugger, views and other parts for a machine; `front` receives the stops."""
         program = machine.program
         places, memory = Places(program), ProgramVariables(program)
         player = Player(machine, places)
@@ -57,13 +57,13 @@ class Debuggee:
 
 
 class Requests:
-    """The handlers of requests about a run; `_on_NAME` handles the request NAME."""
+    """The base of classes that handle requests about a run; `_on_NAME` handles the request NAME."""
 
     def __init__(self, run: Debuggee) -> None:
         self._run = run
 
     def handler(self, name: str) -> Handler | None:
-        """Return the handler of a request; None if it has no such handler."""
+        """Return the handler of a request; None if this class does not handle the request."""
         found: Any = getattr(self, f"_on_{name}", None)
         return found  # type: ignore[no-any-return]
 

@@ -3,7 +3,7 @@
 A scan first runs fast: only lines with breakpoints are traced. If something may stop in it, the
 debugger restores the beginning of the scan and runs it again, now with a hook before every
 statement. Going back works the same way: the player restores the nearest snapshot before the wanted
-moment and runs forwards from there. Both rely on a deterministic machine.
+moment and runs forwards from there. Both methods rely on a deterministic machine.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ from structured_text.output.units import format_us
 __all__ = ["Debugger"]
 
 
-#: Number of the first statement of the program in a scan, whatever number that statement has.
+#: Stands for the number of the first statement of the PLC's program in a scan. Lines of devices may
+#: precede this statement.
 _FIRST = -1
 
 
@@ -38,12 +39,15 @@ class _Leave(BaseException):
 
 
 class _Hit(BaseException):
-    """An exception that leaves a fast scan at a stop; the scan is then repeated with all hooks."""
+    """An exception that leaves a fast scan at a stop.
+
+    After it, the scan is repeated with a hook before every statement.
+    """
 
 
 @dataclass
 class _Step:
-    """The moment at which a step began, and the order of the step."""
+    """A step of the user: the moment at which the step began, and the user's order."""
 
     order: Forward
     scan: int
@@ -61,7 +65,7 @@ class Debugger:
         front: The user interface.
         breakpoints: The breakpoints of the user.
         watches: Variables that stop the run when they change.
-        rules: Whether a broken rule stops the run.
+        rules: Whether the run stops after a scan in which a rule is broken.
         pausing: Whether the user has requested a pause.
     """
 
@@ -108,7 +112,7 @@ class Debugger:
         return self._on()
 
     def _depth_of(self, task: int) -> int:
-        """Return the number of calls in the stack of a task of a device."""
+        """Return the call depth of a device's task."""
         devices = self.player.machine.devices
         return len(devices.stack(task)) if devices is not None else 1
 
@@ -149,7 +153,9 @@ class Debugger:
                 self.player.every(self._look)
         except InputError as error:
             return self._fault(scan, error)
-        if self._target is not None:  # the scan runs no program, so the target was not reached
+        if (
+            self._target is not None
+        ):  # no program runs in this scan, so the step has not reached its target
             (_, missed), self._target = self._target, None
             return missed
         for watch in self.watches:
@@ -167,7 +173,7 @@ class Debugger:
             watch.begin()
 
     def _again(self, scan: int) -> None:
-        """Restore the beginning of a scan that ran fast, so that it can run with all hooks.
+        """Restore the beginning of a scan that ran fast, so that it can run with hooks.
 
         Messages that the fast run has printed are not printed again.
         """
@@ -178,7 +184,7 @@ class Debugger:
     def _steps_in(self, scan: int) -> bool:
         """Return whether a step can end in this scan."""
         order = self._going.order
-        if order.task:  # a step of a device's task ends in the hook of the fast scan
+        if order.task:  # the fast scan has a hook that ends steps of device tasks
             return False
         return scan >= self._goal if order.until == "scan" else order.until != "continue"
 
@@ -196,7 +202,8 @@ class Debugger:
                 self.player.plain()
         except _Hit:
             return False
-        # If a watch has changed, the repetition with all hooks stops at the change.
+        # If a watch has changed, the repetition with a hook before every statement stops at the
+        # change.
         return not any(watch.changed() for watch in self.watches)
 
     def _lines(self) -> dict[str, frozenset[int]]:
@@ -211,7 +218,7 @@ class Debugger:
             raise _Hit
 
     def _fast_device(self) -> Callable[[DeviceStep], None] | None:
-        """Return the hook for lines of devices in a fast scan; None if it is not needed."""
+        """Return the hook for lines of devices in a fast scan; None if no hook is needed."""
         if not self._going.order.task and not any(map(_of_device, self.breakpoints)):
             return None
 
@@ -222,7 +229,10 @@ class Debugger:
         return look
 
     def _look(self) -> None:
-        """Decide before a statement whether to stop, in a scan with all hooks."""
+        """Decide before a statement whether to stop.
+
+        The method is used in a scan with hooks before all statements.
+        """
         tracer = self.player.tracer
         if self._target is not None:
             step, stop = self._target
@@ -261,8 +271,8 @@ class Debugger:
         """Return whether the current step ends before this statement.
 
         `over` ends at the same or a smaller depth of calls, `out` at a smaller one. Both also end
-        in another program or scan, since the call in which the step began has returned by then.
-        `scan` ends from the target scan on, but not in the program call in which it began.
+        in another program or scan, because the call in which the step began has returned. A step
+        `scan` ends in or after the target scan, but not in the program call in which it began.
         """
         going, tracer = self._going, self.player.tracer
         if tracer.device is not None:
@@ -294,7 +304,7 @@ class Debugger:
         return until == "in" or step.depth <= going.depth
 
     def _hits_here(self) -> tuple[int, ...]:
-        """Return the breakpoints that stop before this statement, in a scan with all hooks."""
+        """Return the breakpoints that stop before the current statement."""
         tracer = self.player.tracer
         if tracer.device is not None:
             return self._device_hits(tracer.device)
@@ -352,7 +362,7 @@ class Debugger:
         """Stop at the statement that ends the program with an error.
 
         The scan is repeated to find the number of this statement, and once more to stop there.
-        Without such a statement the stop is between two scans.
+        If the error has no such statement, the stop is between two scans.
         """
         self._target = None
         step = self.player.tracer.step
@@ -416,8 +426,8 @@ class Debugger:
     ) -> tuple[Moment, Stop] | None:
         """Return the previous statement at the same or a smaller depth of calls.
 
-        The statements inside calls between it and the current statement are skipped. `depths` has
-        the depth of calls of each statement of this scan so far.
+        The statements inside calls between it and the current statement are skipped. `depths`
+        contains the call depth of each statement that this scan has run so far.
         """
         here = bool(depths) and depths[-1][0] == now.step
         most = depths[-1][1] if here else 1
@@ -543,7 +553,7 @@ class Debugger:
         return later
 
     def where(self) -> str:
-        """Return the moment as one line."""
+        """Return the current moment as one line of text."""
         machine, now = self.player.machine, self.player.now
         scan = f"scan {now.scan + 1}" if now.step else f"after {now.scan} scans"
         return f"{scan}, {format_us(machine.now_us)}"

@@ -1,7 +1,7 @@
 """The interface of the programs of devices around the PLC, which are in languages of their own.
 
-The debugger does not know such a language. `Devices` gives it files, lines and tasks, and calls it
-before each line that a task begins.
+The debugger does not know these languages. An object of `Devices` gives files, lines and tasks to
+the debugger, and calls the debugger before each line that a task begins.
 """
 
 from __future__ import annotations
@@ -88,7 +88,8 @@ class DeviceBreakpoint(Breakpoint):
         file: Canonical path of the file. If it is empty, the breakpoint is before each line of
             `task`.
         depth: Greatest number of calls in the stack, for a breakpoint on a task.
-        holds: The condition, evaluated in a task.
+        holds: A function that evaluates the condition in the task with this number; None without a
+            condition.
     """
 
     file: str = ""
@@ -98,18 +99,21 @@ class DeviceBreakpoint(Breakpoint):
     holds: Callable[[int], bool] | None = None
 
     def fits(self, step: DeviceStep) -> bool:
-        """Return whether a step is at the breakpoint, regardless of conditions."""
+        """Return whether a step is at the breakpoint; conditions are not evaluated."""
         if self.file:
             return (step.file, step.line) == (self.file, self.line)
         return step.task == self.task and step.depth <= self.depth
 
     def hit_at(self, step: DeviceStep) -> bool:
-        """Count a hit and return whether the breakpoint stops, or raise InputError."""
+        """Count a hit, and return whether the run stops.
+
+        Raise InputError if the condition has no value.
+        """
         return (self.holds is None or self.holds(step.task)) and self.hit("", {})
 
 
 def next_line(devices: Devices, file: str, line: int) -> int | None:
-    """Return the first line, from this one on, at which a statement of a device begins.
+    """Return the first line from `line` on at which a statement of a device's program begins.
 
     The result is None if there is no such line.
     """

@@ -13,8 +13,8 @@ from structured_text.errors import InputError
 
 __all__ = ["Finding", "Machine", "Scope", "builtin_of"]
 
-#: A group of values that are shown beside the program's variables: its name and a function that
-#: returns the values.
+#: A group of values that the debugger shows beside the program's variables: the name of the group,
+#: and a function that returns the values.
 Scope: TypeAlias = tuple[str, Callable[[], list[Item]]]
 
 
@@ -23,11 +23,11 @@ class Finding(Protocol):
 
     @property
     def t_us(self) -> int:
-        """Return the time in microseconds."""
+        """Return the time at which the rule was broken, in microseconds."""
 
     @property
     def text(self) -> str:
-        """Return the text of the rule, in one sentence."""
+        """Return one sentence about the broken rule."""
 
 
 class Machine(Protocol):
@@ -47,7 +47,7 @@ class Machine(Protocol):
 
     @property
     def around(self) -> Sequence[Scope]:
-        """Return the groups of current values around the program."""
+        """Return the groups of current values that belong to the devices around the program."""
 
     @property
     def ended(self) -> str:

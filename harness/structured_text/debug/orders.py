@@ -12,11 +12,11 @@ __all__ = ["Back", "Forward", "Front", "Order", "Quit", "Stop"]
 
 @dataclass(frozen=True)
 class Stop:
-    """The reason of a stop.
+    """The reason for a stop of the run.
 
     Attributes:
         reason: Name of the reason in the protocol.
-        text: A text of one line.
+        text: A text of one line for the user.
         hits: The breakpoints that were hit.
     """
 

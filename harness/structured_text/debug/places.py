@@ -34,7 +34,7 @@ class _Marking(Writer):
         begins: The line of the source, by the index of the generated line at which a statement
             begins.
         rounds: For the generated line with the head of a loop, the first generated line of the
-            loop. From the second round on, the head counts as a statement.
+            loop. From the second round of the loop on, the head counts as a statement.
     """
 
     def __init__(self, project: Project, pou: t.Pou, storage: Storage) -> None:
@@ -52,7 +52,7 @@ class _Marking(Writer):
         self._pending = False
 
     def _emit(self, line: str) -> None:
-        moved = len(self._code.parts)  # a line inserted before all statements moves them
+        moved = len(self._code.parts)  # a line inserted in front moves all recorded lines
         if moved:
             self.begins = {index + moved: at for index, at in self.begins.items()}
             self.rounds = {index + moved: first + moved for index, first in self.rounds.items()}
@@ -79,7 +79,7 @@ class Code:
     begins: Mapping[int, int]
     rounds: Mapping[int, int]
     lines: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
-    """Line of the source to those of the module where it begins."""
+    """The lines of the Python module at which the statements of a source line begin."""
 
 
 class Places:
@@ -102,7 +102,7 @@ class Places:
         return storage
 
     def of(self, code: CodeType) -> Code | None:
-        """Return the POU of a function's code; None if it is not the body of a POU."""
+        """Return the POU whose body is this Python code; None if the code is not a body."""
         if code not in self._by_object:
             own = code.co_filename == self._file
             self._by_object[code] = self._keys.get(code.co_name) if own else None
@@ -114,19 +114,25 @@ class Places:
         return self._codes[key]
 
     def key_of(self, code: CodeType) -> str | None:
-        """Return the upper-case name of the POU of a function's code; None if there is none."""
+        """Return the upper-case name of the POU whose body is this Python code.
+
+        The result is None if it is not a body.
+        """
         self.of(code)
         return self._by_object[code]
 
     def code_lines(self, key: str, line: int) -> frozenset[int]:
-        """Return the lines of the Python module for the statements in a line of a POU."""
+        """Return the lines of the Python module for the statements in a source line of a POU."""
         body = self._bodies.get(key)
         code = self.of(body) if body is not None else None
         return frozenset(code.lines.get(line, ())) if code is not None else frozenset()
 
     @cached_property
     def _bodies(self) -> dict[str, CodeType]:
-        """Return the code of each POU, also if a function that counts calls wraps it."""
+        """Return the Python code of each POU's body.
+
+        A function that counts calls may wrap a body; the code of the body itself is returned.
+        """
         found: dict[str, CodeType] = {}
         for name, key in self._keys.items():
             function = self._names.get(name)
@@ -164,7 +170,7 @@ class Places:
         return real_path(file) in self._files
 
     def line(self, file: str, line: int) -> tuple[int, tuple[str, ...]] | None:
-        """Return the next line with a statement, from this line on, and the POUs of the line."""
+        """Return the first line with a statement, from `line` on, and the POUs of this line."""
         lines = self._files.get(real_path(file), [])
         place = bisect_left(lines, (line, ""))
         if place == len(lines):
@@ -173,7 +179,7 @@ class Places:
         return found, tuple(key for at, key in lines if at == found)
 
     def lines(self, file: str, first: int, last: int) -> list[int]:
-        """Return the lines of a range that have statements."""
+        """Return the lines of a file, within a range, that have statements."""
         found = self._files.get(real_path(file), [])
         return sorted({line for line, _ in found if first <= line <= last})
 

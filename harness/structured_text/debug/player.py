@@ -25,7 +25,7 @@ _STRIDE, _MOST = 32, 1000
 
 
 class Moment(NamedTuple):
-    """The moment before statement `step` (from 1) of a scan, or with 0 before the scan itself."""
+    """The moment before statement `step` of a scan (from 1); 0 is the moment before the scan."""
 
     scan: int
     step: int = 0
@@ -79,7 +79,8 @@ class Player:
     def plain(self) -> None:
         """Run a scan without hooks.
 
-        Only changes by the user in the middle of the scan need them.
+        If the user has made changes in the middle of this scan, hooks are set to repeat the
+        changes.
         """
         if self._has_edits(self.machine.scans):
             self.every(lambda: None)
@@ -140,7 +141,7 @@ class Player:
         self._arrive()
 
     def _arrive(self) -> None:
-        """Repeat the user's changes between the last scan and the next."""
+        """Repeat the user's changes that were made between the last scan and the next scan."""
         for one in self._edits:
             if one.at == (self.machine.scans, 0):
                 one.apply()
@@ -163,7 +164,7 @@ class Player:
             self.plain()
 
     def stretches(self, end: int) -> Iterator[tuple[int, int]]:
-        """Yield the ranges of scans between snapshots, the last range before `end` first.
+        """Yield the ranges of scans between snapshots, backwards from `end`.
 
         The machine is restored to the beginning of each range before it is yielded.
         """

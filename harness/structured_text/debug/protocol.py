@@ -25,7 +25,7 @@ _LONGEST_HEADER = 4096
 _LONGEST = 1024 * 1024
 #: Upper limit for queued messages. If the queue is full, messages stay in the client's stream.
 _MOST_WAITING = 1000
-#: Matches a field of the header. The first line of HTTP or TLS does not match.
+#: Matches a field of a message's header. The first line of HTTP or TLS does not match.
 _FIELD = re.compile(rb"([A-Za-z-]+)[ \t]*:[ \t]*(.*)", re.DOTALL)
 _HINT = f"{COMMAND} debug talks to editors: see docs/how-to/debug.md"
 

@@ -26,7 +26,7 @@ COMPACT: dict[str, Any] = {"separators": (",", ":"), "ensure_ascii": False}
 class _Scan(NamedTuple):
     """A recorded scan.
 
-    It refers to the previous scan, and has its time and the numbers of the actions before it.
+    It has the previous scan, its own time, and the numbers of the actions before it.
     """
 
     before: _Scan | None
@@ -35,7 +35,7 @@ class _Scan(NamedTuple):
 
 
 class _Marked(NamedTuple):
-    """A snapshot of the program, with the recording up to it."""
+    """A snapshot of the program, with the recording up to the snapshot."""
 
     snapshot: object
     last: _Scan | None
@@ -83,7 +83,7 @@ class Recorded:
         self._done.append(number)
 
     def snapshot(self) -> object:
-        """Return a snapshot of the program and the recording; see `engines.base.Program`."""
+        """Return a snapshot of the program and of the recording; see `engines.base.Program`."""
         return _Marked(self.program.snapshot(), self._last, tuple(self._done))
 
     def restore(self, snapshot: object) -> None:
@@ -93,7 +93,7 @@ class Recorded:
         self._last, self._done = snapshot.last, list(snapshot.done)
 
     def lines(self) -> Iterator[str]:
-        """Yield the recording as the lines of a file, without the first line."""
+        """Yield the lines of the file of this recording, except the first line."""
         scans: list[_Scan] = []
         last = self._last
         while last is not None:
@@ -124,7 +124,7 @@ def _key(value: Any) -> Any:
 
 
 def _literal(value: Any) -> Any:
-    """Return a value as JSON can store it."""
+    """Return a value in a form that JSON can store."""
     if isinstance(value, bytes):
         return {"hex": value.hex()}
     if isinstance(value, timedelta):
@@ -148,7 +148,7 @@ _MADE: dict[str, Callable[[Any], Any]] = {
 
 
 def _value(found: Any) -> Any:
-    """Return the value that `_literal` has converted for JSON."""
+    """Return the original of a value that `_literal` has converted for JSON."""
     if isinstance(found, list):
         return [_value(one) for one in found]
     if isinstance(found, dict):
@@ -162,8 +162,8 @@ def _value(found: Any) -> Any:
 class Tape:
     """A recording as a `Machine` of the debugger.
 
-    The program runs on the built-in engine and has not run its first scan. The first line of the
-    recording is not among the lines.
+    The program runs on the built-in engine and has not run its first scan. `lines` must not contain
+    the first line of the recording's file.
     """
 
     devices: Devices | None = None
@@ -212,7 +212,7 @@ class Tape:
         return self._scans[self._done - 1][0] if self._done else 0
 
     def scan(self) -> None:
-        """Repeat the actions before the next scan, and run it."""
+        """Repeat the recorded actions before the next scan, then run this scan."""
         t_us, done = self._scans[self._done]
         self._do(done)
         with self.watched(t_us):
@@ -229,7 +229,7 @@ class Tape:
 
     @contextmanager
     def watched(self, t_us: int) -> Iterator[None]:
-        """Run the body of the `with` around a scan at this time; a subclass can observe it."""
+        """Surround a scan at the time `now_us`; a subclass can observe the scan here."""
         del t_us
         yield
 

@@ -1,4 +1,4 @@
-"""The client's view of a moment: the stack, and variables in scopes that open on demand."""
+"""The view of the current moment for the client: the stack, and the variables in scopes."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ class Frame:
     Attributes:
         title: Name of the call in the stack.
         line: Current line.
-        instance: The object of its instance; None for a function.
+        instance: The object of the block instance or program; None for a function.
         variables: Variables of the call, as Python names them.
         store: A function that sets one of these variables.
-        path: Path of its instance; empty if it has no instance.
+        path: Path of the instance; empty for a function.
     """
 
     pou: t.Pou
@@ -51,7 +51,10 @@ class Scopes:
     # --- the stack ---
 
     def threads(self) -> list[tuple[int, str]]:
-        """Return the programs in their order of execution, each with its task."""
+        """Return the programs, each with its task, in order of execution.
+
+        The client shows each program as a thread.
+        """
         tasks = {
             name: f" (task {task.name}, {format_us(task.interval_us)})"
             for task in self._project.tasks
@@ -126,13 +129,13 @@ class Scopes:
         return found
 
     def variable(self, frame: Frame, symbol: t.Symbol) -> Held | None:
-        """Return a variable of a frame; None if it has no value yet."""
+        """Return a variable of a frame; None if the variable has no value yet."""
         if symbol.name.upper() in frame.variables:
             return local(frame.variables, symbol, frame.store)
         return self._memory.of_symbol(symbol, frame.instance)
 
     def moment(self, step: int) -> list[Item]:
-        """Return scan, statement, time and broken rules of the current moment."""
+        """Return the scan, statement, time and broken rules of the current moment for display."""
         machine = self._machine
         broken = [Text(format_us(one.t_us), one.text) for one in machine.violations]
         return [
@@ -146,7 +149,7 @@ class Scopes:
 
 
 def _storing(tracer: Tracer, depth: int, variables: dict[str, Any]) -> Callable[[str, Any], None]:
-    """Return a function that sets a variable of the call at this depth.
+    """Return a function that sets a variable of the call at this depth of the stack.
 
     The function finds the frame by its depth, so it stays valid if the run comes back to this
     moment.

@@ -111,7 +111,7 @@ class Session:
         return Forward("in") if self._arguments.get("stopOnEntry") else Forward()
 
     def _to_the_end(self) -> None:
-        """Run the recording up to its end."""
+        """Run the recording up to its last scan."""
         assert self._launched is not None
         machine = self._launched.machine
         while not machine.ended and not self.poll():
@@ -163,7 +163,10 @@ class Session:
             self._stopped = None
 
     def poll(self) -> Quit | None:
-        """Answer the requests that have arrived while the program runs."""
+        """Answer the requests that have arrived while the program runs.
+
+        Return Quit to end the run.
+        """
         try:
             while (message := self._client.next(wait=False)) is not None:
                 if isinstance(self._handle(message), Quit):
@@ -261,7 +264,7 @@ class Session:
     def _on_pause(self, _: Message) -> None:
         self._run.debugger.pausing = True
 
-    # --- going on ---
+    # --- continuing and stepping ---
 
     def _on_continue(self, _: Message) -> Order:
         return Forward()

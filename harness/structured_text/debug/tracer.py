@@ -1,9 +1,9 @@
 """One scan under the interpreter's trace hook, which can stop before every statement.
 
 The program's code is the same with and without the hook. A stop is a call of the hook that blocks
-until the user continues. A scan is left in its middle by an exception, which no program catches. A
-line of a device's program that begins during a scan counts as a step of the scan, as a statement
-does.
+until the user continues. A scan is left in its middle by an exception, which no program catches.
+Each statement counts as a step of the scan. A line of a device's program that begins during the
+scan also counts as a step.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from structured_text.debug.places import Code, Places
 
 __all__ = ["Entry", "Lines", "Tracer"]
 
-#: Traced lines of the module, by the upper-case name of the POU.
+#: Traced lines of the generated Python module, by the upper-case name of the POU.
 Lines = Mapping[str, frozenset[int]]
 
 
@@ -65,7 +65,7 @@ class Tracer:
 
     @property
     def step(self) -> int:
-        """Return the number of the statement in its scan, from 1; 0 between two scans."""
+        """Return the number of the current statement in its scan, from 1; 0 between two scans."""
         return len(self.depths)
 
     def clear(self) -> None:
@@ -86,7 +86,7 @@ class Tracer:
         hit: Callable[[Code, int, FrameType], None],
         device: Callable[[DeviceStep], None] | None = None,
     ) -> None:
-        """Run a scan; call `hit` only before the statements in these lines.
+        """Run a scan; call `hit` only before statements in the given lines.
 
         `device` is called before each line of a device's program.
         """

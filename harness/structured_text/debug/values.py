@@ -43,7 +43,7 @@ class Held:
         name: Displayed name: a member, `[3]`, or the user's expression.
         get: Returns the value.
         set: Sets the value; None if it cannot be set.
-        path: An expression for the variable in its POU; empty if there is none.
+        path: An expression for the variable in its POU; empty if there is no such expression.
     """
 
     name: str
@@ -55,7 +55,7 @@ class Held:
 
 @dataclass(frozen=True)
 class Text:
-    """An item that is not a variable of the program: a name, its text, and the items below it."""
+    """A displayed item that is not a variable of the program: a name, a text and inner items."""
 
     name: str
     text: str
@@ -91,7 +91,10 @@ class ProgramVariables:
         self._holders = Holders(self._project, self.shared, self.roots)
 
     def path(self, held: Any) -> str:
-        """Return the path of an instance or structure; empty if it exists only during a call."""
+        """Return the path of an instance or structure.
+
+        The result is empty if the object exists only during a call.
+        """
         found = self._holders.find(held)
         return found.path if found is not None else ""
 
@@ -100,8 +103,8 @@ class ProgramVariables:
     def parts(self, of: Held, first: int = 0, count: int | None = None) -> list[Held]:
         """Return the members or elements of a variable.
 
-        Of an array, return `count` elements from `first` on; with None, all elements from `first`
-        on.
+        For an array, return `count` elements from `first` on. If `count` is None, return all
+        elements from `first` on.
         """
         kind, held = of.type, of.get()
         if isinstance(kind, ArrayType):
@@ -124,7 +127,7 @@ class ProgramVariables:
         return [found for one in symbols if (found := self.of_symbol(one, held, of.path))]
 
     def of_symbol(self, symbol: t.Symbol, instance: Any, path: str = "") -> Held | None:
-        """Return a variable of an instance; None if the instance does not store it."""
+        """Return a variable of an instance; None if the instance does not store this variable."""
         whole = f"{path}.{symbol.name}" if path else symbol.name
         if symbol.section == "VAR_EXTERNAL":
             key = symbol.source or symbol.name.upper()
@@ -142,7 +145,7 @@ class ProgramVariables:
         return self._place(instance, slot, symbol.name, whole, symbol.type)
 
     def of_global(self, symbol: t.Symbol, name: str = "", path: str = "") -> Held:
-        """Return a global variable."""
+        """Return a global variable for display."""
         slot = symbol.name.upper() if symbol.address is None else address_slot(symbol.address)
         shown = name or symbol.name
         return self._place(self.shared, slot, shown, path or shown, symbol.type)
@@ -176,7 +179,7 @@ class ProgramVariables:
 
     @staticmethod
     def element(items: Any, position: int, name: str, path: str, kind: Type) -> Held:
-        """Return an element of a list."""
+        """Return an element of an array as a variable."""
         return Held(
             name,
             kind,
@@ -229,11 +232,11 @@ class ProgramVariables:
         return value_text(kind, scalar_to_python(kind, held))
 
     def text_of(self, kind: Type, held: Any) -> str:
-        """Return any value as one line."""
+        """Return the value of any variable as one line of text."""
         return self.shown(Held("", kind, lambda: held)).text
 
     def at(self, found: Resolved) -> Held:
-        """Return a variable by its path, which begins with a program or a global variable."""
+        """Return the variable at a path, which begins with a program or a global variable."""
         kind, path = found.type, found.path
         if found.address is not None:
             slot = address_slot(found.address)
@@ -257,7 +260,7 @@ class ProgramVariables:
 def local(
     frame_locals: Mapping[str, Any], symbol: t.Symbol, store: Callable[[str, Any], None]
 ) -> Held:
-    """Return a local variable of one call, in the frame of that call."""
+    """Return a local variable of a call; `frame` is the Python frame of the call."""
     name = symbol.name.upper()
     in_list = symbol.addressed and is_scalar(symbol.type)
 

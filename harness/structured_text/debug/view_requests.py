@@ -15,14 +15,14 @@ from structured_text.errors import InputError
 
 __all__ = ["ViewRequests"]
 
-#: Number of elements from which an array is shown in pages.
+#: An array with more elements than this number is shown in pages.
 _PAGED = 100
 
 
 class ViewRequests(Requests):
     """Shows the run at its current moment, and sets variables.
 
-    A thread is a program of the PLC or, behind these, a task of a device.
+    The first threads are the programs of the PLC; the other threads are the tasks of devices.
 
     Args:
         run: The run.
@@ -96,7 +96,7 @@ class ViewRequests(Requests):
         return {**body, "source": source_of(file)} if file else body
 
     def frame(self, arguments: Message) -> Frame:
-        """Return the requested frame of the PLC, by default the innermost.
+        """Return the requested frame of the PLC, by default the innermost frame.
 
         For a frame of a device, return the innermost frame of the PLC, in which the PLC's
         expressions are evaluated.
@@ -151,13 +151,16 @@ class ViewRequests(Requests):
         return len(self._opened)
 
     def _of(self, reference: int) -> Callable[[], list[Item]]:
-        """Return the getter of an opened item's parts; raise IndexError for a wrong number."""
+        """Return the function that reads the parts of an opened item.
+
+        Raise IndexError if no item with this reference is open.
+        """
         if not 1 <= reference <= len(self._opened):
             raise IndexError(reference)
         return self._opened[reference - 1]
 
     def opened(self, reference: int, name: str, arguments: Message) -> tuple[Item | None, Frame]:
-        """Return the part with this name of an opened item, and the frame of that item."""
+        """Return the part of an opened item that has this name, and the frame of the item."""
         found = [one for one in self._of(reference)() if one.name == name]
         frame = self._scope_frames.get(reference) or self.frame(arguments)
         return found[0] if found else None, frame
@@ -266,7 +269,10 @@ class ViewRequests(Requests):
 
 
 def _value_in(frame: DeviceFrame, name: str) -> str | None:
-    """Return the text of a variable in the scopes of a device's frame; None if there is none."""
+    """Return the text of a variable in a frame of a device.
+
+    The result is None if the frame has no such variable.
+    """
     for _, items in frame.scopes:
         for one in items():
             if isinstance(one, Text) and one.name.upper() == name.upper():

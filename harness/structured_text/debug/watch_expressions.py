@@ -159,7 +159,7 @@ def syntax_of(text: str) -> s.Expression:
 def _scopes(project: Project) -> dict[str, Scope]:
     """Return the scope of each POU.
 
-    The scopes are built again, because the front end has discarded its own.
+    The scopes are built again, because the front end has discarded the scopes of its check.
     """
     sources = [read_file(file) for file in project.files]
     registry = Registry(sources, lambda _: None, rules_of(project.dialect))
@@ -186,6 +186,6 @@ def _scopes(project: Project) -> dict[str, Scope]:
         known = project.pous.get(key)
         for name, symbol in scope.pou.symbols.items():
             same = known.symbols.get(name) if known is not None else None
-            if same is not None:  # the check of bodies sets these attributes, so they are copied
+            if same is not None:  # only the check of bodies sets these attributes
                 symbol.addressed, symbol.shared = same.addressed, same.shared
     return {key: replace(scope) for key, scope in scopes.items() if key in project.pous}

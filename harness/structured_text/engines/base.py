@@ -46,11 +46,11 @@ class OfProject:
         """Set the time from one scan to the next; see `Program.pace`."""
 
     def walk(self) -> Iterator[tuple[str, Type]]:
-        """Yield every variable of the program instances and every global, parents first."""
+        """Yield every variable; see `Program.walk`."""
         return walk(self.project)
 
     def located(self) -> list[Located]:
-        """Return the directly represented variables in order of declaration."""
+        """Return the variables with an address (`AT %QX0.1`), in order of declaration."""
         return list(self.project.located)
 
 
@@ -64,7 +64,7 @@ class Program(Protocol):
     """
 
     engine: str
-    """`"matiec"`, `"builtin"` or `"strucpp"`."""
+    """The name of the engine: `"matiec"`, `"builtin"` or `"strucpp"`."""
     tick_us: int | None
     """Greatest common divisor of the task intervals [µs]; None without a CONFIGURATION."""
 
@@ -91,7 +91,7 @@ class Program(Protocol):
         """
 
     def reader(self, paths: Sequence[str]) -> Callable[[], tuple[Value, ...]]:
-        """Return a function that reads these variables repeatedly, faster than `read`.
+        """Return a function that reads the variables at `paths`, faster than `read`.
 
         Raises:
             InputError: A path does not exist, or an index is out of range, as for `read`.
@@ -118,7 +118,7 @@ class Program(Protocol):
         """
 
     def write_bytes(self, path: str, data: bytes, start: int = 0) -> None:
-        """Set `len(data)` bytes of an array of BYTE or WORD (little endian) from `start` on."""
+        """Write `data` into an array of BYTE or WORD (little endian), from byte `start` on."""
 
     def type_of(self, path: str) -> Type:
         """Return the type of the variable at `path`."""
@@ -127,14 +127,14 @@ class Program(Protocol):
         """Return the program instances by name, each with its BlockType."""
 
     def walk(self) -> Iterator[tuple[str, Type]]:
-        """Yield every variable of the program instances and every global variable, parents first.
+        """Yield every global variable and every variable of the program instances.
 
         Arrays are yielded whole, without their elements. Structures and blocks are followed by
         their members.
         """
 
     def located(self) -> list[Located]:
-        """Return the directly represented variables in order of declaration."""
+        """Return the variables with an address (`AT %QX0.1`), in order of declaration."""
 
     def note_calls(self, blocks: Mapping[str, int | None]) -> CallLog | None:
         """Record the calls of some block types from now on; return None if the engine cannot.

@@ -106,7 +106,8 @@ def conditions(program: Program, texts: Sequence[str]) -> list[Condition]:
     Args:
         program: The program whose variables the conditions name.
         texts: Expressions of type BOOL: variables by path, literals, members of enumerations,
-            operators and standard functions. `BEFORE(path)` is the value at `Condition.mark`.
+            operators and standard functions. `BEFORE(path)` is the value at the last call of
+            `Condition.mark`.
     """
     return [Condition(text, program, _Evaluator(text, program)) for text in texts]
 
@@ -190,7 +191,7 @@ def _built(text: str, dialect: str) -> BuiltinProgram:
 
     The program keeps no values between scans, so several conditions may share it.
     """
-    # Imported late, because few runs have conditions.
+    # The import is here because few runs have conditions.
     from structured_text.language.load import load
 
     with tempfile.TemporaryDirectory() as folder:

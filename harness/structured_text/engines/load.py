@@ -32,8 +32,8 @@ class Built:
 
     Attributes:
         program: The program, ready for its first scan.
-        notice: For `auto`, the reason why it did not use matiec, in one line. On matiec, the
-            warnings about its known faults, one a line. Else empty.
+        notice: One line with the reason if `auto` did not choose matiec. If matiec runs the
+            program, one line for each warning about a known fault of matiec. Otherwise empty.
         retained: Paths of the variables that keep their values over a warm start.
     """
 
@@ -133,12 +133,15 @@ def _on_matiec(project: Project, engine: str, matiec: Matiec, compiler: str) -> 
 
 
 def _elsewhere(rules: Dialect, engine: str) -> str:
-    """Return a notice if an engine runs a program in a dialect that the engine does not follow."""
+    """Return a notice if the engine does not support the dialect of the program.
+
+    The notice is empty if the engine supports the dialect.
+    """
     return "" if rules.is_matiec else f"{engine} does not compute in the dialect {rules.name}"
 
 
 def _only_here(project: Project, rules: Dialect) -> str:
-    """Return the reason why only the built-in engine computes as the program's tool does."""
+    """Return the reason why matiec cannot run the program as its vendor tool does."""
     if not rules.is_matiec:
         return f"matiec does not compute in the dialect {rules.name}"
     if project.free:
@@ -168,7 +171,7 @@ def why_not(engine: str) -> str:
 def _retained(project: Project) -> tuple[str, ...]:
     """Return the paths of all retained variables.
 
-    A retained block gives the paths of the variables in it.
+    For a retained block, the paths of the variables inside the block are returned.
 
     Pointers and references are left out, because the start of the program sets them.
     """

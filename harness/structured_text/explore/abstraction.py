@@ -1,4 +1,4 @@
-"""The abstraction of a running program: its state as bytes, and the program set to such a state.
+"""The abstraction of a running program: its state is saved as bytes, and restored from bytes.
 
 All variables that a program can name are stored unchanged, including pins. Each timer counts up to
 its own PT. The tables in `omitted` name the exceptions: tickets, numbers of scans, variables that
@@ -10,7 +10,7 @@ same bytes only if no later scan can distinguish them:
   count them up. Adding a number to all tickets of a channel therefore changes nothing else. In a
   state Serving is 0, and the tickets are differences. A ticket that has been passed remains passed
   for at least 32767 further turns; all such tickets get the same code.
-* Numbers of scans: only whether a number is that of the last scan counts.
+* Numbers of scans: a state stores only whether a number is the number of the last scan.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ _TURNS = ("SERVING", "NEXTTICKET", "LOWEST")
 _NONE = Tables()
 _TIMERS = tuple(name for name in CLASSES if "start" in CLASSES[name].__slots__)
 _MEMORY = {"phase": ElementaryType("USINT")}
-#: Pins that the monitor of the blocks' contract reads, so they are always stored.
+#: Pins that are always stored, because the monitor of the rules for blocks reads them.
 _JUDGED = {"EXECUTE", "ENABLE", "BUSY", "DONE", "VALID", "ACTIVE", "ERROR", "ERRORID"}
 _BYTES = (ElementaryType("BYTE"), ElementaryType("USINT"))
 #: The size code of a slot of variable size, and a version of `marshal`. In this version equal
@@ -61,7 +61,7 @@ OPEN, _MARSHAL = "", 2
 
 
 class Slot:
-    """One stored variable: code that reads, writes and disturbs its number.
+    """One stored variable, with the code that reads, writes and randomly changes its number.
 
     `size` is the format of the number for `struct`, or `OPEN` for a value of any size.
     """
@@ -76,12 +76,12 @@ class Slot:
 
 
 class Place(NamedTuple):
-    """A structure or block, with what the code of its variables needs.
+    """A structure or block, with the facts that the code for its variables needs.
 
     `name` is the name of the structure or block in the code of its variables. `owner` is the type
     that contains it, and `channel` is the channel that it works on. `dropped` names its variables
-    that are dropped. `conditions` gives the conditions under which other variables are read, and
-    `jobs` the channels of its jobs.
+    that a state does not store. `conditions` gives the conditions under which other variables are
+    read. `jobs` gives the channels of its jobs.
     """
 
     name: str
@@ -98,7 +98,7 @@ class Place(NamedTuple):
 class Abstraction:
     """The encoder and decoder of the states of one program.
 
-    The program is in its initial state; a timer counts every `tick_us`.
+    The program must be in its initial state. Its timers count in steps of `tick_us`.
 
     Raises:
         InputError: A variable has a type that states cannot hold, or there is more than one device.
@@ -121,7 +121,7 @@ class Abstraction:
         self.compile()
 
     def plan(self, program: BuiltinProgram) -> None:
-        """Plan all variables of the program."""
+        """Decide how a state stores each variable of the program."""
         for name, kind in program.instances().items():
             assert isinstance(kind, BlockType)
             self.walk(kind, program.holder(name), Omitted(), "", "")
@@ -141,7 +141,7 @@ class Abstraction:
         return getattr(program.holder(found[0]), tables.member) if found else None
 
     def _globals(self, program: BuiltinProgram) -> None:
-        """Plan the global and located variables."""
+        """Decide how a state stores the global and located variables."""
         project = self._project
         located = [
             symbol
@@ -174,7 +174,7 @@ class Abstraction:
         return self._freeze()  # type: ignore[no-any-return]
 
     def thaw(self, state: bytes, ticks: int = 1) -> None:
-        """Put the program into a state, `ticks` after the scan that led to it."""
+        """Put the program into a state as it is `ticks` after the scan that led to this state."""
         self.now = NOW_US * 1000
         self._thaw(state, self.now - ticks * self.tick, 0)
 
@@ -189,7 +189,7 @@ class Abstraction:
     # --- the plan ---
 
     def walk(self, kind: Type, held: Any, kept: Omitted, owner: str, channel: str) -> None:
-        """Plan all variables of a structure or block."""
+        """Decide how a state stores each variable of a structure or block."""
         name = f"o{len(self._objects)}"
         self._objects[name] = held
         type_name = kind.name.upper() if not isinstance(kind, ElementaryType) else ""
@@ -208,7 +208,7 @@ class Abstraction:
             self.variable(place, slot, part)
 
     def variable(self, place: Place, slot: str, part: Type) -> None:
-        """Plan one variable of a structure or block."""
+        """Decide how a state stores one variable of a structure or block."""
         name, type_name, held, kept, owner, channel, dropped, conditions, jobs = place
         code = f"{name}.{slot}"
         ticket = {key.upper(): to for key, to in kept.tickets.items()}.get(slot)
@@ -243,13 +243,13 @@ class Abstraction:
         return dropped - {one for one, pou in unless if pou in self._project.pous}
 
     def conditional(self, type_name: str, kept: Omitted) -> Mapping[str, str]:
-        """Return the conditions under which variables are read, by the names of the variables."""
+        """Return the condition under which a variable is read, by the name of the variable."""
         # The program can copy structures that are not internal, so even a value that is not read
         # has an effect.
         return kept.while_true if type_name.startswith(self.tables.core) else {}
 
     def _part(self, code: str, kind: Type, held: Any) -> None:
-        """Plan a variable of any type."""
+        """Decide how a state stores a variable of any type."""
         if isinstance(kind, (ReferenceType, InterfaceType)):
             told = f"a variable of type {describe(kind)} cannot be explored"
             raise InputError(told, hint="remove the pointers and references")
@@ -262,7 +262,7 @@ class Abstraction:
             self.plain(code, kind, "")
 
     def _passed(self, owner: str, name: str) -> set[str]:
-        """Return the pins of an internal block that the owner writes in each of its calls."""
+        """Return the pins of an internal block that the containing block writes in each call."""
         pou = self._project.pous.get(owner)
         if pou is None or not name.upper().startswith(self.tables.core):
             return set()
@@ -271,7 +271,7 @@ class Abstraction:
         return set.intersection(*pins) if pins else set()
 
     def jobs(self, type_name: str) -> dict[str, str]:
-        """Return the channel of each job in a block, by slot, from the calls in the body."""
+        """Return the channel that a block's body passes to each job, by the slot of the job."""
         pou = self._project.pous.get(type_name)
         found = {}
         for call in calls_of(pou.body) if pou else ():
@@ -283,7 +283,10 @@ class Abstraction:
         return found
 
     def _below(self, slot: str, channel: str, name: str) -> str:
-        """Return the private channel for the slots JOB and OWN of a block; else an empty text."""
+        """Return the private channel for the slot JOB or OWN of a block.
+
+        The result is empty for all other slots.
+        """
         if channel == "own":
             return f"own_{name}" if slot == "JOB" else "own" if slot == "OWN" else ""
         return ""
@@ -298,7 +301,7 @@ class Abstraction:
         return f"robot.{ticket.upper()}"
 
     def _ticket(self, code: str, channel: str, condition: str) -> None:
-        """Plan a ticket as its distance from the channel's Serving.
+        """Let a state store a ticket as its distance from the channel's Serving.
 
         Tickets count modulo 65536, and blocks only compare differences. A difference below 32768
         is a ticket that waits, or that is served now (0). All other tickets have been passed. They
@@ -316,9 +319,9 @@ class Abstraction:
         )
 
     def _number(self, code: str, condition: str) -> None:
-        """Plan the number of a scan.
+        """Let a state store whether a variable contains the number of the last scan.
 
-        A state stores only whether the number is that of the last scan.
+        A state does not store any other number of a scan.
         """
         if code.endswith(".SCAN"):
             self.slots.insert(0, Slot("0", f"{code} = shift"))
@@ -333,10 +336,10 @@ class Abstraction:
         )
 
     def turn(self, code: str, name: str, slot: str, *, own: bool) -> None:
-        """Plan a counter of a channel relative to its Serving, which is 0 in every state.
+        """Let a state store a counter of a channel relative to Serving, which is 0 in every state.
 
-        `shift` is 0 in a normal run. `disturb` sets it to another number, which shifts all tickets
-        and must change nothing.
+        `shift` is 0 in a normal run. `disturb` sets it to another number, which shifts all tickets.
+        This must not change the result of a scan.
         """
         if slot == "SERVING":
             self.slots.insert(0, Slot("0", f"{code} = shift"))
@@ -347,7 +350,7 @@ class Abstraction:
             self.slots.append(Slot(get, f"{code} = shift + {{v}} & 65535"))
 
     def _elapsed(self, name: str) -> None:
-        """Plan the running time of a timer in ticks, at most its PT."""
+        """Let a state store the running time of a timer in ticks, at most its PT."""
         get = f"elapsed({name})"
         self.slots.append(Slot(get, f"{name}.start = now - {{v}} * {self.tick}", size="I"))
 
@@ -358,7 +361,7 @@ class Abstraction:
         return int(min((self.now - timer.start) // self.tick, most))
 
     def plain(self, code: str, kind: Type, condition: str) -> None:
-        """Plan a scalar, or an array of scalars."""
+        """Let a state store a scalar, or an array of scalars, unchanged."""
         junk = "; ".join(spoiling(code, kind))
         if isinstance(kind, ArrayType):
             get = f"{'bytes' if kind.element in _BYTES else 'tuple'}({code})"
@@ -370,7 +373,7 @@ class Abstraction:
         self.slots.append(slot)
 
     def compile(self) -> None:
-        """Compile the functions that read, write and disturb all slots."""
+        """Compile the functions that read, write and randomly change all slots."""
         names = self.functions(self.slots)
         self.packed: Struct = names["packed"]
         self._freeze: Any = names["freeze"]
@@ -378,11 +381,11 @@ class Abstraction:
         self._spoil: Any = names["spoil"]
 
     def names(self) -> dict[str, Any]:
-        """Return the names that the code of the slots uses."""
+        """Return the objects that the code of the slots uses, by name."""
         return {**self._objects, "robot": self.robot, "elapsed": self._running}
 
     def functions(self, slots: Sequence[Slot]) -> dict[str, Any]:
-        """Return the compiled functions that read and write these slots."""
+        """Return the compiled functions that read and write some slots."""
         names = self.names()
         values = {id(slot): f"v{number}" for number, slot in enumerate(slots)}
         puts = [slot.put.format(v=values[id(slot)]) for slot in slots]
@@ -413,7 +416,7 @@ class Abstraction:
 
 
 def _listed(parts: Iterable[str]) -> str:
-    """Join the parts with a comma behind each, so that even a single part gives a tuple."""
+    """Join the parts with a comma after each, so that even a single part gives a tuple."""
     return "".join(f"{part}, " for part in parts)
 
 

@@ -17,9 +17,10 @@ _MAIN = re.compile(r"\bMain\.", re.I)
 
 
 def with_always(files: Sequence[Path], always: Sequence[str], folder: Path) -> Copies:
-    """Copy a program's files with the assertions of their comments and with these expressions.
+    """Copy a program's files into `folder`, with assertions at the end of the program.
 
-    The expressions may omit `Main.`; the copies go into `folder`.
+    The assertions are the expressions in comments of the files, and the expressions in `always`. In
+    `always`, `Main.` may be omitted.
 
     Raises:
         InputError: An expression is invalid, or the files do not declare exactly one program.

@@ -2,9 +2,9 @@
 
 A variable that no table names is stored unchanged. A table may name a variable only if every call
 writes it before reading it (dropped), if it has the same value after every scan (fixed), or if it
-is read only under a condition. The entries are checked: for every new state the search repeats one
-scan with arbitrary values in all omitted variables, with all tickets shifted and at another time.
-The repeated scan must lead to the same state (`search`).
+is read only under a condition. The search checks the entries (`search`). For every new state it
+repeats one scan. In the repeated scan, all omitted variables have arbitrary values, all tickets are
+shifted by the same number, and the PLC time differs. This scan must lead to the same state.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ class Omitted:
         dropped: Variables that every scan writes before it reads them.
         fixed: Variables with the same value after every scan: constants, and requests that are
             cleared at the end of a scan.
-        flags: Words of which only zero or not zero has a later effect, such as the displayed
-            ErrorID.
-        while_true: Condition -> variables that are read only while it is true. The condition is
-            Python, with `o` for the object itself and `robot` for the shared structure:
-            `Tables.shared`.
+        flags: Words that later scans only compare with zero, such as the displayed ErrorID.
+        while_true: For each condition, the variables that are read only while the condition is
+            true. A condition is a Python expression. In it, `o` is the object with the variables,
+            and `robot` is the shared structure (`Tables.shared`).
         tickets: The channel of each ticket, as `command`, `sequence` or `own`.
-        scans: Variables with the number of a scan. A state stores only whether it is the last scan.
+        scans: Variables that contain the number of a scan. A state stores only whether this is the
+            number of the last scan.
     """
 
     dropped: str = ""
@@ -54,9 +54,10 @@ class Tables:
         member: The member of this structure that conditions call `robot`.
         shared: The type of this member.
         devices: A word for the devices in messages, if a program has several such structures.
-        unless: Members of `shared` that are dropped unless the program has a block.
+        unless: Members of `shared`, each with a block. A member is stored only if the program has
+            this block.
         channel: The structure of a channel, which counts the tickets.
-        job: The block that works on the channel that is passed to it.
+        job: The block that works on the channel that its caller passes.
         owners: Blocks whose job works on another channel than `sequence`.
         own: Blocks whose job works on a private channel.
         clock: A block that restarts its timer in each scan, and reads the time since the last scan.

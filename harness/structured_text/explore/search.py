@@ -52,7 +52,7 @@ class Broken:
     Attributes:
         rules: The rules that are broken in the last scan, in words.
         path: The choices from the start on; the last one leads into the broken scan.
-        quiet: For a hang: identifies the environment in which some action never ends.
+        quiet: For a hang: an identifier of the environment in which some action never ends.
     """
 
     rules: tuple[str, ...]
@@ -69,7 +69,7 @@ class Result:
         states: Number of different reachable states.
         transitions: Scans that were run and judged, one for each state and choice.
         depth: Scans from the start to the farthest state.
-        complete: Every state is known; False if a rule was broken or a limit reached.
+        complete: Whether every state is known. False if a rule was broken or a limit was reached.
         cut: Number of scans that lead to a state outside the search.
         checked: Number of scans that were repeated to check the abstraction.
         bounds: Highest number of scans until all actions have ended, by title of the environment.
@@ -105,7 +105,7 @@ class World(ABC, Generic[Choice]):
 
     @abstractmethod
     def step(self, state: bytes, choice: Choice) -> tuple[bytes, list[str]]:
-        """Take a step; return the next state and the rules that are broken, in words."""
+        """Take the step of a choice; return the next state and the broken rules, in words."""
 
     @abstractmethod
     def check(self, state: bytes, choice: Choice, following: bytes, random: Random) -> None:
@@ -120,11 +120,11 @@ class World(ABC, Generic[Choice]):
         return state
 
     def packed(self, state: bytes) -> bytes:
-        """Return the state in a compact form for the queue."""
+        """Return a state in a compact form for the queue."""
         return state
 
     def unpacked(self, packed: bytes) -> bytes:
-        """Return the state from its compact form."""
+        """Return a state from its compact form."""
         return packed
 
     def is_cut(self) -> bool:
@@ -132,16 +132,16 @@ class World(ABC, Generic[Choice]):
         return False
 
     def added(self) -> None:
-        """Note that the state after the last step is new.
+        """Handle the event that the last step has led to a new state.
 
         Only the process that took the step calls this method.
         """
 
     def followed(self, number: int, choice: Choice, following: int) -> None:
-        """Note a step between two states, given by their numbers."""
+        """Handle the event that a choice leads from state `number` to state `following`."""
 
     def entered(self, state: bytes) -> None:
-        """Note that the following steps start from this state."""
+        """Handle the event that the following steps start from this state."""
 
     def look(self, result: Result, states: Paths) -> None:
         """Check all states together, and store a broken rule in the result."""
@@ -161,8 +161,8 @@ class Transition(NamedTuple):
         choice: The number of the choice.
         key: The key of the next state.
         following: The next state, packed; empty if it is known.
-        is_cut: The next state is outside the search.
-        is_checked: The step is repeated to check the abstraction, before the next step.
+        is_cut: Whether the next state is outside the search.
+        is_checked: Whether the step is repeated, before the next step, to check the abstraction.
         broken: The rules that are broken, in words.
     """
 
@@ -177,9 +177,10 @@ class Transition(NamedTuple):
 def steps(
     world: World[Any], number: int, state: bytes, seed: int, is_known: Callable[[bytes], bool]
 ) -> Iterator[Transition]:
-    """Yield all steps from a state; seed and number draw one of them, which is checked.
+    """Yield all steps from a state; one of them is checked.
 
-    A state need not be sent if `is_known` returns true for its key.
+    `seed` and `number` determine the checked step. If `is_known` returns true for the key of a next
+    state, this state is not sent.
 
     Raises:
         Exception: A checked step leads to another state, see `World.check`.
@@ -198,7 +199,7 @@ def steps(
 
 
 class Ready:
-    """The queue of known states without explored steps, packed, in their order.
+    """The queue of packed states whose steps are not yet explored, in order of their numbers.
 
     Args:
         first: The first state.
@@ -221,7 +222,7 @@ class Ready:
         self._waiting.append(state)
 
     def take(self, most: int) -> tuple[int, list[bytes]]:
-        """Remove up to `most` states; return the number of the first, and the states.
+        """Remove up to `most` states; return the number of the first state, and all these states.
 
         If no state is waiting, `may_come` returns whether more can follow.
         """

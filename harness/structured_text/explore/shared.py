@@ -58,8 +58,9 @@ def _take(world: World[Any], seed: int, sent: dict[bytes, int], some: Some) -> l
     Args:
         world: The world.
         seed: See `steps`.
-        sent: Keys of the states that were received or sent, each with the number of its parcel;
-            changed in place. A state counts as known once the parcels before this one are merged.
+        sent: Keys of the states that this worker has received or sent, each with the number of its
+            parcel. New keys are added. A key of an earlier parcel counts as known, because the
+            search merges that parcel first.
         some: The states.
     """
     here = some.first

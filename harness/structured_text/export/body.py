@@ -1,8 +1,8 @@
 """Statements with the functions and pins of a tool; comments and line breaks are preserved.
 
 The translation works on tokens, not on the syntax tree. The text between tokens is copied, so the
-output has the layout of the source. Only calls, names, paths and literals are rewritten; each tool
-overrides the methods for what it writes differently.
+output has the layout of the source. Only calls, names, paths and literals are rewritten. A subclass
+for a tool overrides the methods whose result differs in this tool.
 """
 
 from __future__ import annotations
@@ -30,7 +30,8 @@ _OPEN = {"LPAR": 1, "LSQB": 1, "RPAR": -1, "RSQB": -1}
 _ENDS = ("IDENT", "LABEL", "INTEGER", "REALNUM", "STRING", "TYPED", "TRUE", "FALSE", "RPAR", "RSQB")
 _PASSED = ("VAR_INPUT", "VAR_IN_OUT")
 
-#: A field or index: its first token, the token behind it, and the types before and after it.
+#: A step of a path, which is a field or an index: the number of its first token, the number of the
+#: token after it, and the types before and after the step.
 _Step = tuple[int, int, "s.TypeSpec | None", "s.TypeSpec | None"]
 
 
@@ -39,8 +40,8 @@ class Scope:
     """The meaning of names in the statements of a POU, by upper-case name.
 
     Attributes:
-        variables: Types of its variables.
-        base: Returns the type that a named type stands for.
+        variables: Types of the variables of the POU.
+        base: A function that returns the definition of a named type.
         pins: The inputs and VAR_IN_OUT of each block and function of the sources, in order.
         functions: The functions of the sources.
     """
@@ -52,7 +53,7 @@ class Scope:
 
     @staticmethod
     def of(part: Part, sources: Sources) -> Scope:
-        """Return the scope of a part."""
+        """Return the scope for the statements of a declaration."""
         return Scope(
             variables_of(part.node) if isinstance(part.node, s.Pou) else {},
             sources.base,
@@ -65,7 +66,7 @@ class Scope:
         )
 
     def block(self, spec: s.TypeSpec | None) -> str:
-        """Return the upper-case name of a block type; "" for another type."""
+        """Return the upper-case name of a type if it is a block type, else ""."""
         key = spec.name.key if isinstance(spec, s.NamedSpec) else ""
         return key if key in BLOCKS or key in self.pins else ""
 
@@ -73,7 +74,7 @@ class Scope:
 def variables_of(node: s.Pou) -> dict[str, s.TypeSpec]:
     """Return the types of a POU's variables by upper-case name.
 
-    A function's own name is one of them.
+    The result includes the name of a function itself, with the type of its result.
     """
     found = {name.key: one.spec for _, one, name in declared(node.sections)}
     return found if node.result is None else {**found, node.name.key: node.result}
@@ -85,7 +86,7 @@ def _pins(node: s.Pou) -> tuple[str, ...]:
 
 
 class Body:
-    """A writer that replaces standard functions, and the pins of standard blocks, by a tool's."""
+    """A writer of statements with a tool's own standard functions and pins of standard blocks."""
 
     def __init__(self, text: str, scope: Scope, words: Words) -> None:
         self._text = text
@@ -94,7 +95,7 @@ class Body:
         self._words = words
 
     def all(self) -> str:
-        """Return the translated statements, with the text before and after them."""
+        """Return the translated statements, with the text before and after the statements."""
         if not self._found:
             return self._text
         last = len(self._found)
@@ -103,19 +104,19 @@ class Body:
     # --- methods that a tool may override -------------------------------------------------
 
     def _plain(self, text: str) -> str:
-        """Return the name of a variable, pin, field or function of the sources in the tool."""
+        """Return the tool's name for a variable, pin, field or function of the sources."""
         return text
 
     def _word(self, at: int) -> str:
-        """Return a name that is not a variable: a member of an enumeration, or a function."""
+        """Return the tool's name for a member of an enumeration or for a function."""
         return str(self._found[at])
 
     def _own(self, at: int, given: list[tuple[str, int, int]], end: int) -> str:
-        """Return a call of a function of the sources."""
+        """Return a call of a function that the sources declare, in the tool's form."""
         return self._listed(at, given, end, self._scope.pins[self._found[at].upper()], named=None)
 
     def _typed(self, text: str) -> str:
-        """Return a typed literal."""
+        """Return a typed literal such as `UINT#1`, in the tool's form."""
         return text
 
     # --- tokens ---------------------------------------------------------------------------
@@ -176,7 +177,7 @@ class Body:
         return "".join(pieces), at
 
     def _steps(self, at: int, spec: s.TypeSpec | None) -> Iterator[_Step]:
-        """Yield the fields and indices from a token on, each with the types before and after it."""
+        """Yield the steps (fields and indices) of a path from a token on."""
         while self._kind(at) in ("DOT", "LSQB"):
             if self._kind(at) == "LSQB":
                 end, after = self._closed(at), getattr(spec, "element", None)
@@ -190,12 +191,12 @@ class Body:
         return self._plain(str(self._found[at]))
 
     def _enclosed(self, at: int, end: int) -> str:
-        """Return the text in brackets, with the brackets."""
+        """Return the text of a pair of brackets, including the brackets."""
         inside = f"{self._gap(at + 1)}{self._run(at + 1, end - 1)}{self._gap(end - 1)}"
         return f"{self._found[at]}{inside}{self._found[end - 1]}"
 
     def _pin(self, block: str, name: str) -> str:
-        """Return the name of a field, or of a standard block's pin in the tool."""
+        """Return the tool's name for a field, or for a pin of a standard block."""
         form = self._words.blocks.get(block)
         if form is None or block not in BLOCKS:
             return self._plain(name)
@@ -204,7 +205,7 @@ class Body:
         return name if found.upper() == name.upper() else found
 
     def _pins(self, at: int, end: int, block: str) -> str:
-        """Return the arguments of a block's call, each with its pin."""
+        """Return the arguments of a call of a block, each with the tool's name of its pin."""
         pieces = []
         standard = BLOCKS.get(block)
         order = [one.name for one in standard.variables] if standard else self._scope.pins[block]
@@ -248,7 +249,7 @@ class Body:
         return form.text(key, texts)
 
     def _argument(self, key: str, place: int, first: int, last: int) -> str:
-        """Return an argument of a standard function; `place` is its number."""
+        """Return an argument of a standard function; `place` is the index of the argument."""
         return self._run(first, last)
 
     def _listed(
@@ -263,7 +264,7 @@ class Body:
     ) -> str:
         """Return a call of a function of the sources.
 
-        `at` is the index of the function's name, and `end` the index of the token behind the call.
+        `at` is the index of the function's name, and `end` the index of the token after the call.
         `named` says whether arguments are named; None leaves them as in the source. `defaults` are
         values for omitted arguments, by upper-case name.
         """
@@ -289,11 +290,11 @@ class Body:
         return f"{self._word(at)}({inside})"
 
     def _begin(self, name: str, first: int) -> int:
-        """Return the index of the first token of an argument."""
+        """Return the index of the first token of an argument's value."""
         return first - 2 if name else first
 
     def _arguments(self, first: int, end: int) -> list[tuple[str, int, int]]:
-        """Return for each argument its name in upper case or "", its first token and its end."""
+        """Return the name (upper case or ""), first token and end of each argument."""
         found, depth, begin = [], 0, first
         for at in range(first, end + 1):
             depth += _OPEN.get(self._kind(at), 0) if at < end else 0
@@ -306,7 +307,7 @@ class Body:
         return found
 
     def _closed(self, at: int) -> int:
-        """Return the index after the parenthesis or bracket that closes the one at `at`."""
+        """Return the index after the closing parenthesis or bracket of the opening one at `at`."""
         depth = 0
         while True:
             depth += _OPEN.get(self._kind(at), 0)
@@ -337,7 +338,7 @@ class Body:
 
 
 def _rank(key: str, name: str) -> int:
-    """Return the position of a named argument of a standard function."""
+    """Return the standard's position of a named argument of a standard function."""
     pins = [pin for pin, _ in FUNCTIONS[key].pins]
     if name in pins:
         return pins.index(name)

@@ -79,7 +79,7 @@ def differing(
 
 
 def runs(values: list[str]) -> str:
-    """Return the elements of an array as `[1, 2(7), -3]`."""
+    """Return the elements of an array as Structured Text; `[1, 2(7)]` repeats 7 twice."""
     found = [(text, len(list(same))) for text, same in groupby(values)]
     return f"[{', '.join(text if count == 1 else f'{count}({text})' for text, count in found)}]"
 

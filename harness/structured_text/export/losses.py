@@ -15,9 +15,9 @@ _NAMED = 3
 
 
 def missing(part: Part, why: str, *, of: str = "", at: s.Position | None = None) -> Missing:
-    """Return the report that a part is not supported.
+    """Return the report that a declaration is not supported.
 
-    With `of`, the report is about an item of the part, which is declared at `at`.
+    If `of` is given, the report is about this item inside the declaration; `at` is its position.
     """
     what = f"{part.kind} {part.name}"
     what = f"{of} of {what}" if of else what

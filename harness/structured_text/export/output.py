@@ -26,7 +26,7 @@ class Missing:
 
     Attributes:
         what: Kind and name of the declaration.
-        why: What is missing, or what to do instead.
+        why: The reason, or advice for the user.
         file: The file that declares it.
         replaced: Whether the declaration belongs to the library and other blocks of the library
             replace it.
@@ -94,10 +94,10 @@ def write_export(output: Output, place: Path, *, force: bool = False) -> Written
     Args:
         output: The export.
         place: The file, or the folder for an export of several files.
-        force: Overwrite an earlier export. A file without its mark is never overwritten, unless it
-            is empty. In a folder with a record, replace the earlier export except for files that
-            were changed since. In another folder, write beside the files of others, and overwrite
-            none of them.
+        force: Overwrite an earlier export. A file without the mark of an export is overwritten only
+            if it is empty. In a folder with a record, replace the earlier export except for files
+            that were changed since. In a folder without a record, add the new files, and overwrite
+            no existing file.
 
     Raises:
         InputError: A file exists already, is an input, stands in place of a folder, or cannot be

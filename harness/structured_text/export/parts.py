@@ -66,7 +66,7 @@ class Part:
 
     @property
     def text(self) -> str:
-        """Return the whole part as Structured Text, including the header."""
+        """Return the whole declaration as Structured Text, including the header."""
         header = f"{comment(self.header)}\n" if self.header else ""
         if self.kind in ("TYPE", "CONFIGURATION"):
             return f"{header}{self.head}\n"
@@ -76,7 +76,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Sources:
-    """The checked sources of an export, each part behind the parts that it needs.
+    """The checked sources of an export; each declaration follows the declarations that it needs.
 
     Attributes:
         parts: The declarations.
@@ -114,13 +114,13 @@ class Sources:
         }
 
     def base(self, spec: s.TypeSpec | None) -> s.TypeSpec | None:
-        """Return the type that a named type stands for."""
+        """Return the definition of a named type; return any other type unchanged."""
         while isinstance(spec, s.NamedSpec) and spec.name.key in self.types:
             spec = self.types[spec.name.key].spec
         return spec
 
     def of(self, *kinds: str) -> list[Part]:
-        """Return the parts of some kinds, in dependency order."""
+        """Return the declarations of some kinds (such as FUNCTION), in dependency order."""
         return [part for part in self.parts if part.kind in kinds]
 
 
@@ -134,8 +134,8 @@ def sources_of(
 ) -> Sources:
     """Read and check the library, and a user's files with it.
 
-    Raise InputError if a file is missing or wrong, the prefix is not allowed, or a construct is
-    beyond the portable subset, which no target supports.
+    Raise InputError if a file is missing or contains an error, the prefix is not allowed, or a
+    construct is not in the portable subset. No target supports other constructs.
 
     Args:
         lib: Folder of the library.
@@ -183,7 +183,7 @@ def plain(text: str) -> str:
 
 
 def comment(text: str) -> str:
-    """Return a comment with this text."""
+    """Return the text as a comment of Structured Text."""
     if "\n" not in text:
         return f"(* {text} *)"
     lines = "\n".join(f" * {line}".rstrip() for line in text.splitlines())
@@ -224,7 +224,7 @@ class _Source:
         return self.tokens[index].start_pos or 0
 
     def end(self, index: int) -> int:
-        """Return the offset where a token ends; 0 before the first token."""
+        """Return the offset where a token ends; 0 for the index -1, before the first token."""
         return self.start(index) + len(self.tokens[index]) if index >= 0 else 0
 
     def gap(self, index: int) -> str:
@@ -264,7 +264,7 @@ def _said(gap: str) -> str:
 
 
 def _split(source: _Source, first: int, last: int, kind: str) -> tuple[str, str, int]:
-    """Return the head, the body, and the line in which the body begins."""
+    """Return the head and the body of a POU, and the line in which the body begins."""
     if kind == "CONFIGURATION":
         return source.text[source.start(first) : source.end(last)], "", 1
     ends = [at for at in range(first, last) if source.tokens[at].type == "END_VAR"]
@@ -310,10 +310,10 @@ def _types(
 
 
 def _remarks(gap: str, *, own: bool, last: bool = True) -> Iterator[str]:
-    """Yield the comments in the gap between two types that belong to one of these types.
+    """Yield the comments between two types that belong to the first or to the second type.
 
-    Without `own`, comments on the line of the first type are left out. Without `last`, comments on
-    lines of their own are left out.
+    If `own` is false, comments on the line of the first type are left out. If `last` is false,
+    comments on lines of their own are left out.
     """
     for found in _COMMENT.finditer(gap):
         on_line = "\n" not in gap[: found.start()]
@@ -322,7 +322,7 @@ def _remarks(gap: str, *, own: bool, last: bool = True) -> Iterator[str]:
 
 
 def _notes(source: _Source, first: int, last: int, node: Declaration) -> dict[str, str]:
-    """Return the comments of the names that a declaration declares.
+    """Return the comment of each name inside a declaration.
 
     A comment belongs to the name before it on its line. A comment on a line of its own belongs to
     the next name, or to the last name if no name follows.
@@ -357,7 +357,7 @@ def _notes(source: _Source, first: int, last: int, node: Declaration) -> dict[st
 
 
 def _more(source: _Source, index: int, last: int) -> bool:
-    """Return whether another section of variables follows."""
+    """Return whether a section of variables follows the current token."""
     return any(source.tokens[at].type == "END_VAR" for at in range(index + 1, last))
 
 

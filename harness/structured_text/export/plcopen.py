@@ -91,7 +91,7 @@ def _headers(root: ET.Element, names: Names) -> None:
 
 
 def _said(part: Part) -> str:
-    """Return the header of a declaration, and the comments that belong to no name in it."""
+    """Return the header of a declaration, and its comments that belong to none of its names."""
     return "\n".join(filter(None, [part.header, part.notes.get("")]))
 
 

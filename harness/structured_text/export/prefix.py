@@ -30,7 +30,7 @@ class Renaming:
     """The new names of the library's elements.
 
     Attributes:
-        prefixes: The prefix of each name that gets one, by the name as declared.
+        prefixes: The prefix of each renamed name, by the name as declared.
         texts: The sources with the new names, by their files; lines stay where they are.
     """
 
@@ -38,17 +38,17 @@ class Renaming:
     texts: Mapping[Path, str] = field(default_factory=dict)
 
     def said(self, text: str) -> str:
-        """Return a text, such as a note for users, with the new names in place of the old ones."""
+        """Return a text, such as a note for users, with the new names instead of the old names."""
         return _said(text, self.prefixes)
 
 
 def renaming(files: SourceFiles, prefix: str) -> Renaming:
     """Give the library's names a prefix, in the library and where the user's program uses them.
 
-    A name that the user declares is the user's own in all of the user's files. A name that already
-    begins with the prefix stays. If the prefix would turn another name into such a name, the prefix
-    is written twice. Raise InputError if a name cannot begin with the prefix, or a new name is
-    already in use.
+    If the user declares the same name as the library, this name is not changed in the user's files.
+    A name of the library that begins with the prefix is not changed at all. If a new name would be
+    equal to such an unchanged name, the prefix is written twice. Raise InputError if a name cannot
+    begin with the prefix, or a new name is already in use.
     """
     if not _LEGAL.fullmatch(prefix):
         raise InputError(
@@ -92,7 +92,7 @@ class _Names:
 
     Attributes:
         known: Names of the library, as declared.
-        prefixes: The prefix of each name that gets one.
+        prefixes: The prefix of each renamed name.
         hidden: Upper-case names of variables, which hide names of the library.
     """
 
@@ -102,7 +102,7 @@ class _Names:
 
     @cached_property
     def keys(self) -> Mapping[str, str]:
-        """Return the prefix of each name by the name in upper case."""
+        """Return a dict from each renamed name, in upper case, to its prefix."""
         return {name.upper(): begin for name, begin in self.prefixes.items()}
 
     @cached_property
@@ -111,7 +111,7 @@ class _Names:
         return frozenset(map(str.upper, self.known))
 
     def of(self, word: str) -> str:
-        """Return a name as it is exported."""
+        """Return the name under which the export writes a name of the sources."""
         return self.keys.get(word.upper(), "") + word
 
 

@@ -24,12 +24,12 @@ from structured_text.projects.sources import SourceFiles
 
 __all__ = ["CONSTRUCTS_FILE", "Refusal", "Tool", "refused", "tools"]
 
-#: The table of the constructs that each tool accepts.
+#: The table of the constructs that each tool accepts or refuses.
 CONSTRUCTS_FILE = Path(__file__).parent / "constructs.toml"
 
 _ON_LIST = " is not on the list for "
-#: Details of a construct to which a statement about the construct does not apply. A tool that
-#: accepts `//` comments may refuse `/* */`.
+#: Variants of a construct that a tool may refuse although it accepts the construct. For example, a
+#: tool that accepts `//` comments may refuse `/* */`.
 _SAID_APART = ("/* */",)
 
 
@@ -111,8 +111,8 @@ def refused(
 ) -> list[Refusal]:
     """Return all that a tool refuses in the user's files, in the order of files and lines.
 
-    Raise InputError if the export fails. The sources are free of errors. If `program` is None, the
-    export is not run, and what only the export detects is missing from the result.
+    Raise InputError if the export fails. The sources must be free of errors. If `program` is None,
+    the export is not run, and constructs that only the export detects are not reported.
     """
     users = [file for file in sources.users[0] if file.suffix.lower() not in tool.own]
     found = [_refusal(tool, use) for use in project.uses if use.file in users]
@@ -148,7 +148,7 @@ def _by_name(tool: Tool, file: Path, one: s.Declaration, functions: set[str]) ->
     if isinstance(one, s.Pou | s.TypeDecl):
         for at, why in words(tool.words).lacking(one, functions):
             yield Refusal(file, at, why, certain=False)
-    # matiec reserves only the words of the second edition.
+    # matiec reserves only the words of the second edition of IEC 61131-3.
     if tool.words != "iec" or tool.export != "st":
         for at, why in reserved_names(one):
             yield Refusal(file, at, why, certain=False)
@@ -159,7 +159,7 @@ def _not_carried(
 ) -> Iterator[Refusal]:
     """Yield the user's declarations that the export does not support.
 
-    Findings that the lists already report are omitted.
+    A declaration is omitted if the list of functions and blocks already explains the refusal.
     """
     from structured_text.export.targets import export
 

@@ -183,7 +183,7 @@ class _Writer:
         return _lines("\n".join([*text, *(f"  {line}" for line in lines)])) if lines else ""
 
     def flip_flops(self, parts: Iterable[Part]) -> Iterator[str]:
-        """Yield the flip-flops that the parts use, as function blocks."""
+        """Yield the flip-flops (SR, RS) that the declarations use, as function blocks."""
         used = {key for part in parts for key in blocks_of(part)}
         for key, (first, second, value) in _FLIP_FLOPS.items():
             if key in used:
@@ -237,11 +237,14 @@ class _Writer:
         yield "\n".join(["BEGIN", *self._cleared(node), body, f"END_{kind}"])
 
     def _section(self, section: s.Section, node: s.Pou) -> str:
-        """Return the kind of a section; the variables of a function are temporary."""
+        """Return the kind of a section in SCL, where the variables of a function are temporary."""
         return "VAR_TEMP" if node.kind == "FUNCTION" and section.kind == "VAR" else section.kind
 
     def _declared(self, section: s.Section, word: str, part: Part, node: s.Pou) -> Iterator[str]:
-        """Yield a section without single constants, which follow behind all sections."""
+        """Yield a section of variables without its scalar constants.
+
+        The scalar constants are written after all sections.
+        """
         lines = []
         for one in section.variables:
             for name in one.names:
@@ -263,7 +266,10 @@ class _Writer:
         return f"      {quoted(name.text)} : {self._spec(one.spec)}{value};{note}"
 
     def _initial(self, one: s.VarDecl, kind: Type, value: Any) -> str:
-        """Return the initial value in a declaration; empty if it has none or cannot contain it."""
+        """Return the initial value for a declaration.
+
+        The result is empty if a declaration does not need the value, or cannot contain it.
+        """
         if isinstance(kind, BlockType) or not _in_declaration(kind):
             return ""
         if one.initial is None and value == self._implicit(kind):
@@ -345,7 +351,7 @@ class _Writer:
         yield from self.starts.statements(node, self._start)
 
     def _start(self, one: s.VarDecl, symbol: Symbol) -> str:
-        """Return the initial value of a scalar."""
+        """Return the initial value of a scalar as SCL."""
         if one.initial is not None:
             return self._value(one.initial)
         if symbol.initial == zero(symbol.type):
@@ -356,7 +362,7 @@ class _Writer:
         return _ZEROS.get(self._spec(spec).upper(), "0")
 
     def _defaults(self, node: s.Pou) -> Mapping[str, str]:
-        """Return the values of a function's omitted arguments."""
+        """Return the values that SCL writes for omitted arguments of a function."""
         return {
             name.key: self._start(one, self.starts.symbol(node, name))
             for section, one, name in declared(node.sections)

@@ -32,7 +32,7 @@ _FLAGS = (f"{VARIABLES}Started", f"{VARIABLES}StartedKept")
 
 
 def each_call(node: s.Pou, section: s.Section) -> bool:
-    """Return whether a variable gets its initial value at each call: it is temporary."""
+    """Return whether a variable is temporary, so that it gets its initial value at each call."""
     return section.kind == "VAR_TEMP" or (node.kind == "FUNCTION" and section.kind == "VAR")
 
 
@@ -111,7 +111,7 @@ class Starts:
                 yield missing(part, why, of=of, at=name.at)
 
     def _once(self, node: s.Pou) -> dict[str, tuple[bool, list[str]]]:
-        """Return the statements for the first call of a block, by the flag that guards them."""
+        """Return the statements for the first call of a block, by the name of their flag."""
         taken = {name.key for _, _, name in declared(node.sections)}
         found = {}
         for wanted, flag in enumerate(_FLAGS):
@@ -129,9 +129,9 @@ class Starts:
         return found
 
     def _values(self, symbol: Symbol, other: Any, *, cut: bool = True) -> list[str]:
-        """Return the statements that set a structure or array, for values that differ from `other`.
+        """Return statements that set a structure or array where its value differs from `other`.
 
-        If there are too many and `cut` is True, the result is empty.
+        If there are more than `_MOST` statements and `cut` is True, the result is empty.
         """
         name = self.variable(symbol.name)
         leaves = differing(name, symbol.initial, other, symbol.type, self.field)

@@ -93,7 +93,7 @@ def to_twincat(sources: Sources) -> Output:
 
 
 def _globals(part: Part) -> str:
-    """Return a CONFIGURATION's global variables as a list of TwinCAT; empty if it has none."""
+    """Return a CONFIGURATION's global variables as a TwinCAT GVL; empty if it has none."""
     assert isinstance(part.node, s.Configuration)
     if not part.node.globals:
         return ""

@@ -1,6 +1,7 @@
 """The functions, blocks and operators in the Structured Text of each tool, with their sources.
 
-The lists are in `words/*.toml`. An export does not use anything that is not on a tool's list.
+The lists are in `words/*.toml`. An export uses only functions, blocks and operators on the tool's
+list.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from structured_text.output.toml_files import load_toml
 
 __all__ = ["FOLDER", "Form", "Words", "blocks_of", "mentioned", "unwritten", "words"]
 
-#: The folder of the lists.
+#: The folder with the lists of all tools.
 FOLDER = Path(__file__).parent / "words"
 
 #: Placeholder in the lists for the prefix of blocks that an export adds.
@@ -86,7 +87,10 @@ class Form:
         return f"{self.name}({','.join(kept)})"
 
     def _named(self, at: int) -> str:
-        """Return the name before an argument, or "" if the tool writes none."""
+        """Return the parameter name that the tool writes before an argument.
+
+        The result is "" if the tool writes no name.
+        """
         last = len(self.parameters) - (self.parameters[-1] == "...")
         parameter = self.parameters[min(at, last - 1)]
         if not parameter.endswith(":="):
@@ -104,7 +108,7 @@ class Form:
         return operands[0] if len(operands) == 1 else f"({f' {self.name} '.join(operands)})"
 
     def takes(self, key: str, count: int) -> bool:
-        """Return whether a call with this number of arguments can be written."""
+        """Return whether the tool's function can be called with this number of arguments."""
         if self.is_operator or key in _CHAINED or "..." in self.parameters:
             return True
         return count <= len(self.parameters)
@@ -134,7 +138,9 @@ class Words:
     instead: Mapping[str, str]
 
     def lacks(self, part: Part, functions: Collection[str]) -> Missing | None:
-        """Return the first item in a part that is not on the list, with its replacement, or None.
+        """Return the first item in a declaration that is not on the list, with its replacement.
+
+        The result is None if all items are on the list.
 
         `functions` are the names of the sources' functions, in upper case.
         """
@@ -148,9 +154,9 @@ class Words:
     ) -> Iterator[tuple[s.Position, str]]:
         """Yield the position of each item that is not on the list, and what to write instead.
 
-        Items that came with the third edition are skipped, because they are reported as constructs
-        beyond the portable subset. `functions` are the names of the sources' functions, in upper
-        case.
+        Items of the third edition of IEC 61131-3 are skipped, because they are reported as
+        constructs beyond the portable subset. `functions` are the names of the sources' functions,
+        in upper case.
         """
         for what, name, at in _used(node, functions):
             if not self._has(what, name):
@@ -188,7 +194,7 @@ class Words:
 
 @cache
 def words(name: str) -> Words:
-    """Return the list of a file in `FOLDER`."""
+    """Return the list of functions, blocks and operators in a file of `FOLDER`."""
     content = load_toml(FOLDER / f"{name}.toml")
 
     def forms(section: str) -> dict[str, Form]:
@@ -216,11 +222,11 @@ def words(name: str) -> Words:
 def unwritten(
     parts: Collection[Part], list_of: Words, barred: Mapping[str, str] | None = None
 ) -> dict[str, Missing]:
-    """Return the parts that cannot be written, by upper-case name, with the reason.
+    """Return the declarations that cannot be written, by upper-case name, with the reason.
 
-    A part cannot be written if it uses something that is not on the list, or needs such a part. In
-    `parts`, each part stands behind the parts that it needs. `barred` are other reasons by
-    upper-case name; an empty text means no reason.
+    A declaration cannot be written if it uses something that is not on the list, or needs another
+    declaration that cannot be written. In `parts`, each declaration follows the declarations that
+    it needs. `barred` are other reasons by upper-case name; an empty text means no reason.
     """
     functions = {part.name.upper() for part in parts if part.kind == "FUNCTION"}
     names = {part.name.upper(): part.name for part in parts}
@@ -239,13 +245,13 @@ def unwritten(
 
 
 def blocks_of(part: Part) -> set[str]:
-    """Return the standard blocks that a part declares instances of."""
+    """Return the standard blocks of which a declaration contains instances."""
     used = () if isinstance(part.node, s.Configuration) else _used(part.node, ())
     return {name for what, name, _ in used if what == "block"}
 
 
 def mentioned(part: Part) -> Iterator[str]:
-    """Yield all names in a part, in upper case."""
+    """Yield all names in a declaration, in upper case."""
     every = nodes(part.node, names=True)
     return (node.key for node in every if isinstance(node, s.Name))
 

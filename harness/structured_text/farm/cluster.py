@@ -55,7 +55,7 @@ class Cluster:
             self.check_plain(self.address, host)
 
     def check_plain(self, address: str, host: str) -> None:
-        """Raise InputError if a connection to this address needs TLS."""
+        """Raise InputError if a connection to an address needs TLS but does not have it."""
         if not self.plain and not is_here(host):
             raise InputError(
                 f"{address} is not on this computer, and nothing would be encrypted",

@@ -126,7 +126,7 @@ class ClusterCrew:
 
     @property
     def size(self) -> int:
-        """Return the number of workers; 1 if all have left for the moment."""
+        """Return the number of workers; 1 if all workers have left, because others may come."""
         return max(1, len(self._workers))
 
     def has_room(self) -> bool:
@@ -136,7 +136,7 @@ class ClusterCrew:
         return len(self._futures) < _DEPTH * len(self._workers)
 
     def give(self, number: int, item: Any) -> None:
-        """Start an item with its number."""
+        """Give an item, with its number, to the workers."""
         assert self._client is not None
         run = self._carrier.name
         key = f"{run}-{uuid.uuid4().hex}"
@@ -168,7 +168,7 @@ class ClusterCrew:
             try:
                 self._client.cancel(list(self._futures.values()), force=True)
                 self._client.unregister_worker_plugin(self._carrier.name)
-            except Exception:  # the cluster has gone, and all its items with it
+            except Exception:  # the cluster has ended, and so have its items
                 pass
             self._client.close()
             self._client = None
@@ -227,7 +227,7 @@ class ClusterCrew:
     def _how(self, future: Future) -> Ended:
         assert self._client is not None
         if future.status == "finished":
-            with suppress(CancelledError):  # the worker has left, and its result with it
+            with suppress(CancelledError):  # the worker has left, so the result is lost
                 done: Done = pickle.loads(future.result())
                 return done
         if future.status == "error":
@@ -250,8 +250,8 @@ def _connected(cluster: Cluster) -> Client:
     given = {f"tls_{name}": str(file) for name, file in files.items() if file is not None}
     security = Security(require_encryption=True, **given) if scheme == "tls" else Security()
     try:
-        # The connection and the greeting report at once what the client would report only after
-        # many attempts, or never.
+        # This connection and its first message show an error at once. The client would report the
+        # error only after many attempts, or never.
         socket.create_connection((host, port), cluster.patience_s).close()
         asyncio.run(_greet(cluster, security))
         with warnings.catch_warnings():
@@ -261,7 +261,7 @@ def _connected(cluster: Cluster) -> Client:
             return Client(
                 cluster.address, security=security, timeout=cluster.patience_s, set_as_default=False
             )
-    except (TimeoutError, asyncio.TimeoutError):  # they are two classes before Python 3.11
+    except (TimeoutError, asyncio.TimeoutError):  # before Python 3.11 these are two classes
         raise _not_there(
             cluster, "the program at this address does not answer like a scheduler"
         ) from None

@@ -28,8 +28,8 @@ from structured_text.output.system import MOST_PROCESSES, processors
 
 __all__ = ["AHEAD", "NOT_YET", "Farm", "Item", "NotYet", "Result"]
 
-#: Greatest number of items per worker that are started behind an unfinished item. Their results
-#: wait in memory until the unfinished item has ended.
+#: Greatest number of items per worker that are started after an unfinished item. Their results wait
+#: in memory until the unfinished item has ended.
 AHEAD = 64
 
 
@@ -54,8 +54,6 @@ class _Crew(Protocol):
         """Return how often an item is started if its workers end.
 
         In the last attempt no other item is in progress.
-
-        In the last attempt the item runs alone.
         """
 
     @property
@@ -66,7 +64,7 @@ class _Crew(Protocol):
         """Return whether a new item would be started now or soon."""
 
     def give(self, number: int, item: Any) -> None:
-        """Start an item with its number."""
+        """Give an item, with its number, to the workers."""
 
     def ended(self) -> Iterable[tuple[int, Ended]]:
         """Wait until items end or there may be more room; yield their numbers and outcomes."""
@@ -109,12 +107,13 @@ class Farm:
     ) -> Generator[tuple[Item, Result], None, None]:
         """Yield each item with its result, in the order of the items, as early as possible.
 
-        Closing the iterator ends the items in progress. An error of an item is raised at its place
-        in this order.
+        Closing the iterator ends the items in progress. If an item has raised an error, this error
+        is raised in place of its result.
 
         Args:
-            work: A function of one item, or an object whose `prepare()` returns that function; it
-                is called once in each worker. The work, items and results must be picklable.
+            work: A function of one item, or an object whose `prepare()` returns that function.
+                `prepare` is called once in each worker. The work, items and results must be
+                picklable.
             items: The items. They are taken when a worker has room, at most `AHEAD` per worker
                 beyond the first unfinished one. If the iterator yields `NOT_YET`, it is continued
                 after the next result; `kept` cannot be used then.
@@ -204,9 +203,10 @@ class Farm:
 
 
 class _Known:
-    """The results that need no worker, because they are saved or an equal item is in progress.
+    """The results that need no worker.
 
-    They come from the file of results, or from the equal item when it has ended.
+    An item needs no worker if the file of results contains its result, or if an equal item is in
+    progress. In the second case the item gets the result of the equal item.
     """
 
     def __init__(self, kept: ResultFile[Any, Any] | None) -> None:

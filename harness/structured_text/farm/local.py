@@ -49,7 +49,7 @@ class _Worker:
     pipe: Connection[Any, Any]
     numbers: deque[int]
     since_s: float = 0.0
-    """Start of the first item [s], as seen by this process."""
+    """The time at which the first item was started [s], by the clock of this process."""
 
 
 class LocalCrew:
@@ -69,7 +69,7 @@ class LocalCrew:
         return len(self._workers) < self.size or len(self._freest().numbers) < self._depth
 
     def give(self, number: int, item: Any) -> None:
-        """Start an item with its number."""
+        """Give an item, with its number, to a process."""
         if len(self._workers) < self.size and all(one.numbers for one in self._workers):
             self._workers.append(self._started())
         worker = self._freest()
@@ -99,7 +99,7 @@ class LocalCrew:
         return min(self._workers, key=lambda one: len(one.numbers))
 
     def close(self) -> None:
-        """End all processes, even while they work."""
+        """End all processes, even if they are executing items."""
         self._close()
 
     def _started(self) -> _Worker:

@@ -19,7 +19,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 _FORMAT = f"{COMMAND}-results/1"
-#: The key of the first line, which states the basis of all others.
+#: The JSON key in the first line of the file. The first line states the basis of all results.
 _ABOUT = ""
 
 
@@ -32,8 +32,7 @@ class ResultFile(Generic[Item, Result]):
 
     Args:
         file: The file in JSON lines. Its first line states the basis of the results.
-        about: The basis of the results: texts by names for users, for example `{"sources":
-            digest}`.
+        about: The basis of the results, as texts with names for users: `{"sources": digest}`.
         key: A function that returns the key of an item; items with equal keys have equal results.
         to_json: A function that returns the JSON form of a result.
         from_json: A function that returns the result of a JSON form. All results pass through it,
@@ -114,7 +113,7 @@ def _rescued(file: Path) -> str:
     if entry is not None and _is_first(entry):
         return ""
     if not any(found and {"key", "result"} == found.keys() for found in map(read_entry, others)):
-        return ""  # this is not a file of results, so it stays
+        return ""  # this is not a file of results, so it is not renamed
     aside = move_aside(file)
     return (
         f"{file}: its first line is damaged; the file is now {aside}, "

@@ -60,9 +60,9 @@ class Lost(Generic[Item]):
 
     item: Item
     times: int
-    """Number of workers that have ended with it."""
+    """Number of workers that have ended while they executed the item."""
     why: str
-    """The end of the last worker, in words for users."""
+    """The reason why the last worker ended, in words for users."""
 
     def error(self) -> LostError:
         """Return the error to raise for the lost item."""
@@ -81,7 +81,10 @@ class Done:
     where: str = ""
     """The traceback of an error that is not an InputError."""
     is_lost: bool = False
-    """No worker returned a result; another call may get one, so it is not saved."""
+    """True if no worker returned a result.
+
+    Such an outcome is not saved, because another call may get a result.
+    """
 
     def get(self) -> Any:
         """Return the result.
@@ -99,8 +102,8 @@ class Died:
     """The outcome of an item that has ended its worker.
 
     Attributes:
-        why: The end of the worker, in words for users.
-        workers: Number of workers that have ended, one after the other.
+        why: The reason why the worker ended, in words for users.
+        workers: Number of workers that the item has ended, one after the other.
     """
 
     why: str

@@ -22,7 +22,7 @@ __all__ = [
     "resolved",
 ]
 
-#: Mark at the beginning of a file that is exported on its own.
+#: The mark at the beginning of an export that is a single file.
 MARK = f"Written by `{COMMAND} export`; change the sources, not this file."
 
 #: Name of the record in an export folder. It has the exported files and the digests of their
@@ -39,7 +39,7 @@ _Records = dict[Path, dict[str, str]]
 
 def release() -> str:
     """Return the version of this package; 0 for a copy that is not installed."""
-    # Imported late, because it is slow and rarely needed.
+    # This import is here because it is slow and rarely needed.
     from importlib.metadata import PackageNotFoundError, version
 
     try:
@@ -54,13 +54,16 @@ def digest(data: bytes) -> str:
 
 
 def record(contents: Mapping[str, bytes]) -> bytes:
-    """Return the text of the record of some files, by their paths below its folder."""
+    """Return the record of exported files; `contents` has their data by path in the folder."""
     files = {path: digest(data) for path, data in sorted(contents.items())}
     return (json.dumps({"about": _ABOUT, "files": files}, indent=1) + "\n").encode()
 
 
 def recorded(folder: Path) -> dict[str, str]:
-    """Return digests by path of the files exported into a folder; empty without a valid record."""
+    """Return the digests in a folder's record, by path of the file.
+
+    The result is empty without a valid record.
+    """
     try:
         found = json.loads((folder / RECORD).read_bytes())
     except (OSError, ValueError, RecursionError):

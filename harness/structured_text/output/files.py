@@ -1,6 +1,6 @@
-"""Atomic output: a command writes a file completely, or leaves the previous one unchanged.
+"""Atomic output: a command writes a file completely, or leaves the old file unchanged.
 
-The new file is written in the folder of the previous one, and then renamed.
+The new file is written in the folder of the old file, and then renamed.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def replace_files(contents: Mapping[Path, bytes | str]) -> None:
 
 
 class NewFiles:
-    """Files that are created before a long job and get their names after it; used in `with`.
+    """Files that are created before a long job and renamed to their names after the job.
 
     The class never overwrites a file. If another program has created a file of this name meanwhile,
     the new file gets a free name in the same folder. `hint` is for the message about a file that
@@ -104,7 +104,7 @@ class NewFiles:
 class OutputFile:
     """An output file with a temporary name; at the end it replaces an existing file.
 
-    After an error the new file is removed, the previous one is unchanged, and further calls do
+    After an error the new file is removed, an existing file is unchanged, and further calls do
     nothing.
 
     Args:
@@ -169,7 +169,7 @@ class OutputFile:
                 raise self._failed(error) from None
 
     def finish(self) -> None:
-        """Write buffered data and close the file, without giving it its name."""
+        """Write buffered data and close the file, which keeps its temporary name."""
         self.flush()
         if self._file is not None:
             try:
@@ -179,7 +179,7 @@ class OutputFile:
             self._file = None
 
     def close(self) -> None:
-        """Write buffered data, and give the file its name."""
+        """Write buffered data, and rename the file to its final name."""
         self.finish()
         if self._open and self._written != self._place:
             try:
@@ -202,7 +202,7 @@ class OutputFile:
         return not self._open
 
     def discard(self) -> None:
-        """Remove the file, unless it already has its name."""
+        """Remove the file, unless it already has its final name."""
         if not self._open:
             return
         self._open = False
@@ -236,7 +236,7 @@ def encoded(text: str, encoding: str = "utf-8") -> bytes:
 
 
 def _named_once(written: Path, place: Path) -> Path:
-    """Give a file its name, or a free name in the same folder, and return the name."""
+    """Rename a file to its final name, or to a free name in the folder, and return the name."""
     for name in _names(place):
         with suppress(FileExistsError):
             try:

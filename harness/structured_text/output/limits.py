@@ -48,40 +48,41 @@ class Kind:
     hint: str = ""
 
 
-#: Structured Text and SCL. All of OSCAT is 3 MB.
+#: The limit of a file of Structured Text or SCL. The whole OSCAT library is 3 MB.
 SOURCE = Kind("a source", 8 * _MEGABYTE, "divide it into several files")
-#: XML and L5X, with the diagrams, pictures and trends of their tools.
+#: The limit of a file of XML or L5X, which may contain diagrams, pictures and trends.
 PROJECT = Kind("a project file", 128 * _MEGABYTE, "export only the part that is needed")
-#: TOML: robot, stimulus, properties, points, reasons.
+#: The limit of a TOML file: robot, stimulus, properties, points or reasons.
 TABLE = Kind("a TOML file", 16 * _MEGABYTE, "divide it, or leave out what is not needed")
-#: Traces are read line by line and captures packet by packet. Those of several hours have some
-#: gigabytes.
+#: Traces are read line by line, and captures packet by packet, so they have no limit. A trace of
+#: several hours has some gigabytes.
 TRACE = Kind("a trace", None)
 CAPTURE = Kind("a capture", None)
-#: Recordings of failed tests, results of campaigns and reports of earlier runs.
+#: The limit of other files: recordings of failed tests, results of campaigns, earlier reports.
 OTHER = Kind("a file", 512 * _MEGABYTE, "name another file")
 
 #: Greatest number of characters, and of tokens, in all sources of a program together.
 MOST_CHARACTERS = 32 * _MEGABYTE
 MOST_TOKENS = 2_000_000
-#: Bytes of one line of a trace or recording.
+#: Greatest number of bytes of one line of a trace or recording.
 MOST_LINE_BYTES = 16 * _MEGABYTE
 
-#: Elements of all variables of a program; language/extent.py defines how they are counted.
+#: Greatest number of elements of all variables of a program. language/extent.py defines how they
+#: are counted.
 MOST_ELEMENTS = 4_000_000
-#: Instances of function blocks in a program, including instances inside other blocks.
+#: Greatest number of function block instances in a program, including instances inside others.
 MOST_BLOCKS = 200_000
-#: Length of a chain of types, functions, blocks and constants in which each uses the next.
+#: Greatest length of a chain of types, functions, blocks and constants in which each uses the next.
 MOST_LEVELS = 100
-#: Nesting depth of arrays, structures and blocks, including types without a name.
+#: Greatest nesting depth of arrays, structures and blocks, including types without a name.
 MOST_NESTED = 120
-#: Reported mistakes of one file, and of all files together.
+#: Greatest number of reported mistakes of one file, and of all files together.
 MOST_MISTAKES = 500
 
-#: Time for another tool (matiec, STruC++, a C compiler) to translate one program [s].
+#: Longest time for another tool (matiec, STruC++, a C compiler) to translate one program [s].
 MOST_TOOL_S = 900
 
-#: Number of elementary variables that can be watched, and number that a pattern examines.
+#: Greatest number of elementary variables that can be watched, and that a pattern examines.
 MOST_WATCHED = 100_000
 
 #: Longest time between the first and the last record of a trace or capture.

@@ -1,4 +1,4 @@
-"""Resolution of paths."""
+"""Resolution of links in paths."""
 
 from __future__ import annotations
 

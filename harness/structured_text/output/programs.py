@@ -37,9 +37,9 @@ def environment(*, without: Iterable[str] = (), **changes: str) -> dict[str, str
 class Program(subprocess.Popen[Any]):
     """A running program: a `subprocess.Popen` that ends with this process.
 
-    Ctrl-C at a terminal does not reach it; this process decides when it ends. `kill` also ends its
-    child processes. On Windows there is no guard, and the program survives if this process is
-    killed.
+    Ctrl-C at a terminal does not reach the program; this process decides when the program ends.
+    `kill` also ends the program's child processes. On Windows there is no guard, and the program
+    survives if this process is killed.
 
     Raises:
         OSError: The program cannot be started.

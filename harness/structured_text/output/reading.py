@@ -82,7 +82,7 @@ def file_text(path: str | Path, kind: Kind) -> str:
 
 
 def text_of(content: bytes, path: str | Path) -> str:
-    """Return the text of a file's content as `file_text` does; raise InputError for other bytes."""
+    """Return the text of a file's content; raise InputError if the bytes are not UTF-8."""
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

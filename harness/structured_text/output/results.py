@@ -94,7 +94,7 @@ class Results:
             replace_files({self._file: b"".join(taken)})
 
     def get(self, key: str) -> dict[str, Any] | None:
-        """Return the entry of a key, or None."""
+        """Return the saved entry of a key; None if there is none."""
         return self._known.get(key)
 
     def add(self, entry: Mapping[str, Any]) -> None:

@@ -78,7 +78,10 @@ def _open_closed() -> None:
 
 
 def _known(stream: TextIO, kind: type[io.FileIO]) -> TextIO:
-    """Return a stream with a file of `kind` below it; a console is returned unchanged."""
+    """Return a text stream that writes through a raw file of the class `kind`.
+
+    A console of Windows is returned unchanged.
+    """
     if not isinstance(stream, io.TextIOWrapper):
         return stream
     raw = getattr(stream.buffer, "raw", stream.buffer)

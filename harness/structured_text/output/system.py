@@ -67,14 +67,14 @@ else:
 _PRIORITY = 1
 _STANDARD_ERROR = 2
 _SHOWN = 15
-#: Interval of checks whether a copy has ended [s].
+#: Interval of checks whether a copy of this process has ended [s].
 _LOOK_S = 0.005
 _CHUNK = 65536
 _FINEST_MS = 1
 #: The folder for the files behind shared memory.
 _SHARED = "/dev/shm" if os.path.isdir("/dev/shm") else os.environ.get("TMPDIR", "/var/tmp")
-#: Real time after which a copy counts as hanging: a number of seconds, plus a multiple of the
-#: processor time that it may use.
+#: Real time after which a copy of this process counts as hanging: a number of seconds, plus a
+#: multiple of the processor time that it may use.
 _HANGS_S, _BUSY = 600, 8
 _TOO_LONG = ("SIGXCPU", "SIGALRM", "SIGKILL")
 
@@ -143,7 +143,7 @@ def end_as_by_ctrl_c() -> list[int]:
         signal.signal(number, end)
 
     def leave() -> None:
-        """Restore default signal handling; a copy of this process has nothing to clean up."""
+        """Restore default signal handling; a copy of this process has no files to remove."""
         for number in numbers:
             if signal.getsignal(number) is end:
                 signal.signal(number, signal.SIG_DFL)
@@ -184,7 +184,7 @@ def told_to_end(tell: Callable[[], object]) -> Iterator[None]:
 
 @contextmanager
 def interrupts_later() -> Iterator[None]:
-    """Delay Ctrl-C; a process that is started inside does not receive it before `be_apart`."""
+    """Delay Ctrl-C. A process that is started inside the `with` gets it only after `be_apart`."""
     if sys.platform == "win32":
         yield
         return

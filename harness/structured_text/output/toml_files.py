@@ -82,14 +82,14 @@ def check_keys(
     Args:
         table: The present keys.
         known: The allowed keys.
-        where: The table as the file writes it, with its number if there are several of the same
+        where: The name of the table as in the file, with its number if several tables have this
             name.
-        file: The file, if the caller does not add it.
-        within: Text of the message behind the key.
-        every: Text of the hint in front of all keys, if no similar key exists.
+        file: The file; None if the caller adds it to the error.
+        within: Text that follows the key in the message.
+        every: Text before the list of all keys in the hint, which is used if no key is similar.
 
     Raises:
-        InputError: A key is unknown. The error has its line, and similar names.
+        InputError: A key is unknown. The error has the line of the key, and suggests similar keys.
     """
     names = list(known)
     for key in table:
@@ -117,7 +117,7 @@ def line_of(file: Path, key: str, number: int = 1) -> int | None:
 
 
 def _rank(path: str, key: str) -> int:
-    """Return how well the path of a key matches a key: 1 is best, 0 is no match."""
+    """Return how well the path of a key in the file matches `key`: 1 is best, 0 is no match."""
     begin = key.removesuffix(_CUT) if key.endswith(_CUT) else f"{key}."
     plain = re.sub(r"(?<=\.)0+(?=\d)", "", path)  # in a robot file, `points.021` is point 21
     fits = (path == key, plain == key, path.endswith(f".{key}"), path.startswith(begin))

@@ -1,4 +1,4 @@
-"""A run of pytest for `mutants`: the original with notes of each test's lines, or a mutant.
+"""A run of pytest for the command `mutants`, with the original program or with a mutant.
 
 The command `mutants` puts the name of an order file into the environment. The order file says what
 this run must do and where it writes the result. Output files of the user's options go to a
@@ -91,7 +91,7 @@ class _Original(PerTest):
         config.add_cleanup(stack.close)
 
     def take(self) -> set[Any]:
-        """Return the counters that have changed since the last call, each as POU and index."""
+        """Return the counters that have changed since the last call, each by its POU and index."""
         found: set[Any] = set()
         for number, one in enumerate(self._collector.counted):
             counters = one.counts.counters
@@ -101,7 +101,7 @@ class _Original(PerTest):
         return found
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Note a failed test, and the reason."""
+        """Record that a test has failed, with the reason."""
         super().pytest_runtest_logreport(report)
         if report.failed:
             crash = getattr(report.longrepr, "reprcrash", None)
@@ -109,13 +109,13 @@ class _Original(PerTest):
             self._why.append(message.strip().partition("\n")[0])
 
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
-        """Note a file of tests that cannot be loaded."""
+        """Record that a file of tests cannot be loaded."""
         if report.failed:
             self.passed[report.nodeid or "the tests"] = False
             self._why.append("it cannot be collected")
 
     def pytest_sessionfinish(self) -> None:
-        """Write the notes."""
+        """Write the executed statements and the failed tests to the result file."""
         lines: list[dict[int, set[int]]] = []
         listed: dict[str, set[int]] = {}
         for one in self._collector.counted:
@@ -145,7 +145,7 @@ class _Original(PerTest):
 
 
 class _Mutant:
-    """Runs the wanted tests in their order up to the first failure, and reports the result."""
+    """Runs the tests of the order up to the first failure, and reports the result."""
 
     def __init__(self, order: Order) -> None:
         self._order = order
@@ -178,7 +178,7 @@ class _Mutant:
 
 
 def wanted(order: Order, items: Iterable[pytest.Item]) -> list[pytest.Item]:
-    """Return the wanted tests in the wanted order."""
+    """Return the tests that the order names, in its order."""
     places = {node: place for place, node in enumerate(order.tests or ())}
     return sorted(
         (item for item in items if item.nodeid in places), key=lambda item: places[item.nodeid]
@@ -193,7 +193,7 @@ class _Server:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
-        """Execute orders until the other side closes the connection."""
+        """Execute orders until the command `mutants` closes the connection."""
         for file in self._order.sources:
             parse(file)  # fill the parser's cache, which each copy of the process inherits
         gc.collect()
@@ -209,7 +209,7 @@ class _Server:
 
 
 def _in_copy(session: pytest.Session, order: Order) -> None:
-    """Run the tests of a mutant."""
+    """Run the tests of a mutant in this copy of the process."""
     config = session.config
     _place_outputs(config, order)
     factory: Any = getattr(config, "_tmp_path_factory", None)

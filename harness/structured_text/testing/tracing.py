@@ -34,15 +34,15 @@ class PerTest(ABC):
         """Prepare for the next test."""
 
     def end(self) -> None:  # noqa: B027 - not all need it
-        """Finish the current test."""
+        """Finish the records of the current test."""
 
     def pytest_collection_finish(self) -> None:
-        """Note the code that has run before the first test."""
+        """Record the code that has run before the first test."""
         self._always = self.take()
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Any:
-        """Run a test, and note its time and its code."""
+        """Run a test, and record its processor time and the code that it has run."""
         self._seen = set()
         self.take()
         start = time.process_time()
@@ -73,6 +73,6 @@ class PerTest(ABC):
             self._seen = outside | inside
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Note whether a phase of a test has failed."""
+        """Record whether a phase (set-up, call, tear-down) of a test has failed."""
         so_far = self.passed.get(report.nodeid, True)
         self.passed[report.nodeid] = so_far and not report.failed

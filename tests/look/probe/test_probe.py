@@ -350,7 +350,9 @@ def test_the_report_says_rule_by_rule_what_was_found_and_of_whom() -> None:
     assert (wrong["knob"], wrong["values"], wrong["assumed"]) == ("format_alarm", ["4.202"], "4.2")
     assert wrong["evidence"] == "a reference to message 0 ended in alarm 4.202"
     assert by_rule["versions"]["verdict"] == "confirmed"
-    assert by_rule["free-axes"]["reason"] == "Would set an axis free, which may fall."
+    assert (
+        by_rule["free-axes"]["reason"] == "The test would set an axis free, and the axis may fall."
+    )
     assert by_rule["idle-header"]["reason"] == "question idle-header not chosen"
     page = as_markdown(outcome, NO_HOST)
     assert page.startswith("# Probe of RCX340 at 192.168.0.10\n\nBy A. B., 2030-12-31. Host 0x0108")

@@ -403,3 +403,39 @@ def test_wait_arm_waits_for_the_given_axes() -> None:
     one, other = timed(text)
     assert one <= 30
     assert other > 100
+
+
+def test_wait_arm_ends_when_the_given_axis_is_within_its_tolerance() -> None:
+    """Axis 2 moves 50 mm and has a tolerance of 12.5 mm, so it arrives early.
+
+    Axis 1 is then 25 mm before its target, which it needs sqrt(2 * 25 000 / 5 000 000) s to reach.
+
+    Rule: robot-language.
+    """
+    text = (
+        "OUTPOS(1)=50000\nOUTPOS(2)=50000\nTOLE(2)=12500\n"
+        "MOVE P,P1\nWAIT ARM(2)\nSO(21)=1\nWAIT ARM\nSO(22)=1"
+    )
+    near, end = timed(text, end_in_tolerance=True)
+    assert WAY_MS - 100 <= near <= WAY_MS - 100 + 15
+    assert WAY_MS <= end <= WAY_MS + 15
+
+
+def test_the_heights_of_an_arch_are_in_millimetres_if_they_have_a_decimal_point() -> None:
+    """Axis 2 goes to 20 mm, which is 20 000 pulses, and ends at its target at 0.
+
+    The position is read every 5 ms, so the highest position that is read may be slightly lower.
+
+    Rule: robot-language.
+    Source: manual, remote command guide 4.2.1 (arch option)
+    """
+    highest = []
+    for height in ("20.0{1.0,1.0}", "20000{1000,1000}"):
+        master = started(f"MOVE P,P2,A2={height}", axes=XY)
+        places = []
+        for _ in range(300):
+            master.run(5)
+            places.append(master.robot.positions[1])
+        highest.append(max(places))
+        assert tuple(master.robot.positions) == (20_000, 0)
+    assert all(19_950 <= place <= 20_000 for place in highest)

@@ -270,6 +270,35 @@ def test_what_a_controller_file_has_besides_is_named(tmp_path: Path) -> None:
     ]
 
 
+def test_a_line_that_is_not_an_entry_of_its_section_is_named(tmp_path: Path) -> None:
+    """Rule: robot-language."""
+    (tmp_path / "CELL.ALL").write_text("[PNT]\nP1= 1 2 3 4 5 6\nno point\nS1= 1 2 3 4\n[END]\n")
+    content = read_all(tmp_path / "CELL.ALL")
+    assert sorted(content.points) == [1]
+    assert content.passed_over == ["line 3: no point", "line 4: S1= 1 2 3 4"]
+
+
+def test_a_task_behind_the_last_statement_is_in_the_last_line() -> None:
+    """The program has two statements and a comment in line 3.
+
+    Rule: robot-language.
+    """
+    program, errors = read_program("A%=1\nB%=2\n'end")
+    assert not errors
+    assert [program.line(at) for at in range(len(program.code) + 1)] == [1, 2, 3]
+
+
+def test_a_long_statement_is_shortened_in_the_message() -> None:
+    """The message shows the first 40 characters of a statement.
+
+    Rule: robot-language.
+    """
+    texts = ["HALT " + "+" * length for length in (35, 36)]
+    messages = [str(error) for text in texts for error in read_program(text)[1]]
+    assert f"'{texts[0]}'" in messages[0]
+    assert f"'{texts[1][:40]}...'" in messages[1]
+
+
 def test_the_parameters_of_the_robot_file_come_first(tmp_path: Path) -> None:
     """Rule: robot-language."""
     (tmp_path / "CELL.ALL").write_text("[PRM]\n/WEIGHTG/ R1=1500\nACCEL(2)=60\nDECEL=50")

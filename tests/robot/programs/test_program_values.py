@@ -104,6 +104,7 @@ def test_variables_without_a_type_character_can_be_integers() -> None:
         ("DIM A%(2)\nA%(3)=1", "5.999"),
         ("P9=P1+P3", "6.205"),
         ("MOVE P,P77", "6.204"),
+        ("RESUME", "5.998"),
     ],
 )
 def test_an_impossible_value_gets_an_alarm(text: str, number: str) -> None:
@@ -123,6 +124,7 @@ def test_an_impossible_value_gets_an_alarm(text: str, number: str) -> None:
         ),
         ("P9= 100 -20 3 0 0 0", Point((100, -20, 3, 0, 0, 0))),
         ("P9=100.0 0 0 0 0 0 2", Point((100_000, 0, 0, 0, 0, 0), mm=True, hand=2)),
+        ("P9=100.0 5.0", Point((100_000, 5000, 0, 0, 0, 0), mm=True)),
         ("P9=P1", POINTS[1]),
         ("P9=P1+P2", Point((120_000, 50_000, 0, 0, 0, 0), mm=True)),
         ("A%=8\nP[A%+1]=P3", POINTS[3]),

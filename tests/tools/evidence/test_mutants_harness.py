@@ -13,6 +13,7 @@ import pytest
 from rcx_tools.evidence.checks import CHECKS
 from rcx_tools.evidence.mutants import __main__ as command
 from rcx_tools.evidence.mutants.copies import Copies
+from rcx_tools.evidence.mutants.harness import KINDS
 from rcx_tools.evidence.mutants.pool import run_tasks
 from rcx_tools.evidence.mutants.python import (
     PYTHON_OPERATORS,
@@ -128,6 +129,21 @@ def test_every_operator_of_python_makes_its_mistake() -> None:
     assert {operator for operator, _, _ in found} == set(PYTHON_OPERATORS)
     told = [line for _, _, line in found if "InputError" in line or "__all__" in line]
     assert told == []  # messages and `__all__` are not mutated
+
+
+def test_a_kind_of_mutants_has_files_of_one_suffix() -> None:
+    """Otherwise the tests of its modules are selected as if the modules were tables.
+
+    The engine has tables of its own (dialects.toml), which are no mutants.
+    """
+    root = Path(command.__file__).parents[4]
+    found = {kind.name: {file.suffix for file in kind.files(root)} for kind in KINDS}
+    assert found == {
+        "controller": {".py"},
+        "monitors": {".py"},
+        "engine": {".py"},
+        "tables": {".toml"},
+    }
 
 
 def test_functions_are_known_by_where_their_code_begins() -> None:

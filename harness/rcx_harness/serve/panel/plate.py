@@ -19,7 +19,7 @@ from structured_text.language.types import BlockType, EnumType, StructType
 __all__ = ["HOLD_S", "Plate", "plates_of"]
 
 HOLD_S = 0.5
-"""Silence of a page after which its keys are released [s]."""
+"""The time without a message from a page after which its keys are released [s]."""
 
 _TYPE = "RCX_PANEL"
 #: The key whose press is never dropped, even if its page falls silent or a page sends too much.
@@ -46,7 +46,7 @@ _CHOICES = (*_SWITCHES, *_ENUMS, *_RANGES)
 class _Page:
     """The keys that a page holds according to its last message.
 
-    After their release `beat` remains stored.
+    `beat` is the number of the page's last message. It remains stored after the keys are released.
     """
 
     beat: int = -1
@@ -85,7 +85,7 @@ class Plate:
         self._shown: dict[str, Any] = {}
 
     def press(self, page: str, beat: int, keys: Collection[str]) -> None:
-        """Store the keys that a page holds; it repeats the message as long as it holds any.
+        """Store the keys that a page holds; a page repeats its message while it holds keys.
 
         `beat` grows with each message of a page; a late message is ignored.
         """
@@ -98,7 +98,7 @@ class Plate:
             if keys and not one.keys and len(self._holding()) >= _MOST_HOLDING:
                 self._pages[page] = one
                 raise InputError("too many pages hold keys", hint="close some of them")
-            # a page that sends a message moves to the end; the front is dropped first
+            # A page that sends a message becomes the last page. The first page is dropped first.
             self._pages[page] = one
             if beat > one.beat:
                 one.beat, one.heard, one.keys = beat, self._now(), frozenset(keys)
@@ -149,7 +149,7 @@ class Plate:
             return {"name": self.path, **self._shown}
 
     def _holding(self) -> dict[str, frozenset[str]]:
-        """Return the pages that hold keys, and these keys."""
+        """Return the keys that are held, by page."""
         return {name: one.keys for name, one in self._pages.items() if one.keys}
 
     def _expire(self) -> None:
@@ -167,7 +167,10 @@ class Plate:
         self._queue()
 
     def _queue(self) -> None:
-        """Queue the keys that are held now; if the queue is full, drop all but a Stop in it."""
+        """Add the held keys to the queue of changes.
+
+        If the queue is full, all queued changes are dropped first, except a Stop.
+        """
         if len(self._waiting) >= _MOST_WAITING:
             stops = any("Stop" in _all_of(change) for change in self._waiting)
             self._waiting.clear()
@@ -205,7 +208,7 @@ def _paths(program: Program) -> Iterator[str]:
 
 
 def _passed(block: BlockType, name: str) -> bool:
-    """Return whether the variable is an in-out pin, a reference to another variable."""
+    """Return whether the variable is a VAR_IN_OUT, which refers to another variable."""
     return any(
         one.section == "VAR_IN_OUT" and one.name.upper() == name.upper() for one in block.variables
     )

@@ -78,12 +78,25 @@ class Kind:
         sources: Files and folders that are mutated.
         folders: Folders and files of tests.
         one_of: On average one of this many changes becomes a mutant.
+        pattern: The files of a folder that are mutated. All files of a kind have one suffix,
+            because the tests of a table are selected in a different way than those of a module.
     """
 
     name: str
     sources: tuple[str, ...]
     folders: tuple[str, ...]
     one_of: int
+    pattern: str = "*.py"
+
+    def files(self, root: Path) -> list[Path]:
+        """Return the files that are mutated, below the root of the repository."""
+        starts = [root / source for source in self.sources]
+        found = [
+            file
+            for start in starts
+            for file in ([start] if start.is_file() else sorted(start.rglob(self.pattern)))
+        ]
+        return [file for file in found if file.name != _PROSE]
 
 
 _MONITORS = tuple(f"{_PACKAGE}/watch/{name}.py" for name in ("wire", "contract", "steady"))
@@ -98,7 +111,7 @@ KINDS = (
     Kind("controller", (f"{_PACKAGE}/robot",), ("tests/robot", "tests/cell", "tests/watch"), 20),
     Kind("monitors", _MONITORS, ("tests/cell", "tests/contract", "tests/watch"), 5),
     Kind("engine", _ENGINE, _OF_ENGINE, 40),
-    Kind("tables", ("spec",), (*_OF_TABLES, "tests/robot"), 24),
+    Kind("tables", ("spec",), (*_OF_TABLES, "tests/robot"), 24, "*.toml"),
 )
 
 
@@ -154,13 +167,8 @@ class HarnessRun:
 
     def _files(self, kind: Kind) -> list[Path]:
         """Return the files to mutate for a kind, limited to those named on the command line."""
-        found = []
-        for source in kind.sources:
-            start = self._root / source
-            found += [start] if start.is_file() else sorted(start.rglob("*.py"))
-            found += sorted(set(start.glob("*.toml")) - {start / _PROSE})
-        paths = {file: file.relative_to(self._root).as_posix() for file in found}
-        return [file for file in found if self._wants(paths[file])]
+        paths = {file: file.relative_to(self._root).as_posix() for file in kind.files(self._root)}
+        return [file for file, path in paths.items() if self._wants(path)]
 
     def _wants(self, path: str) -> bool:
         parts = self._options.blocks

@@ -1,4 +1,4 @@
-// The files of a program, one at a time, in colours, with what is wrong at the end of its line.
+// Shows the files of a program one at a time, with colours, and each error at the end of its line.
 
 const WORDS = new Set(
   ("ABSTRACT AND ARRAY AT BEGIN BY CASE CONFIGURATION CONSTANT CONTINUE DO ELSE ELSIF END_CASE "
@@ -28,7 +28,7 @@ export class Editor {
     });
     this.edit.addEventListener("keydown", (event) => {
       if (event.key !== "Tab" || event.shiftKey || event.ctrlKey || this.leaving) {
-        this.leaving = event.key === "Escape"; // then Tab goes on, as everywhere
+        this.leaving = event.key === "Escape"; // after Escape, Tab leaves the editor
         return;
       }
       event.preventDefault();
@@ -43,7 +43,7 @@ export class Editor {
     });
   }
 
-  /** Other files; the first is shown. */
+  /** Replace the files, and show the first file. */
   load(files, first) {
     this.files = { ...files };
     this.wrong = null;
@@ -57,7 +57,7 @@ export class Editor {
     this.draw();
   }
 
-  /** Mark a line, and go there; null: nothing is wrong. */
+  /** Mark a line and scroll to it; null removes the mark. */
   mark(wrong) {
     this.wrong = wrong;
     if (wrong && wrong.file in this.files) this.show(wrong.file);
@@ -86,7 +86,7 @@ export class Editor {
     this.tabs();
   }
 
-  /** What is wrong, behind the line. */
+  /** Show the error after the end of its line. */
   say(mirror, lines, wrong) {
     const note = document.createElement("span");
     note.className = "note";

@@ -1,23 +1,23 @@
-// The stimulus: a row for each moment, whose slider is its time; and the buttons that add one.
+// The stimulus: a row with a time slider for each moment, and the buttons that add a row.
 
 const FAULTS = [
   ["Emergency stop", 'robot = "emergency_stop", for = "500ms"', "pressed for 500 ms"],
-  ["Link down", 'robot = "link_down", for = "300ms"', "the cable is out for 300 ms"],
+  ["Link down", 'robot = "link_down", for = "300ms"', "the cable is unplugged for 300 ms"],
   ["Alarm 12.600", 'robot = { event = "alarm", group = 12, category = 600 }', "a serious alarm"],
-  ["Controller off and on", 'robot = "power_cycle"', "its power"],
-  ["Manual mode", 'robot = "manual_mode", for = "500ms"', "for 500 ms"],
+  ["Controller off and on", 'robot = "power_cycle"', "a power cycle of the controller"],
+  ["Manual mode", 'robot = "manual_mode", for = "500ms"', "MANUAL mode for 500 ms"],
   ["Programming box", 'robot = "pendant_on", for = "500ms"', "takes control authority for 500 ms"],
-  ["Lost packets", 'robot = { event = "packets_lost", share = 0.3 }, for = "500ms"', "30 % of them for 500 ms"],
-  ["PLC stop", 'plc = "stop", for = "500ms"', "for 500 ms"],
-  ["Set a variable", 'set = { "Main.Start" = true }, for = "100ms"', "edit the row"],
+  ["Lost packets", 'robot = { event = "packets_lost", share = 0.3 }, for = "500ms"', "30 % of the packets for 500 ms"],
+  ["PLC stop", 'plc = "stop", for = "500ms"', "the PLC is in STOP for 500 ms"],
+  ["Set a variable", 'set = { "Main.Start" = true }, for = "100ms"', "sets a variable; edit the row"],
 ];
-const STEP = 10_000; // of the sliders [us]
+const STEP = 10_000; // step of the sliders [us]
 
 const seek = (id) => document.getElementById(id);
 export const seconds = (us) => `${(us / 1e6).toFixed(2)} s`;
 
 export class Moments {
-  /** `changed` is called when a moment has come, gone, moved or changed. */
+  /** `changed` is called when a moment is added, removed, moved or changed. */
   constructor(changed) {
     this.changed = changed;
     this.rows = [];
@@ -39,7 +39,7 @@ export class Moments {
     this.last(end);
   }
 
-  /** The run ends there. */
+  /** Set the end of the run, which limits the sliders. */
   last(end) {
     this.end = end;
     this.at.set(Math.min(this.at.value, end), end);
@@ -53,7 +53,7 @@ export class Moments {
     this.changed();
   }
 
-  /** Mark a row, and say what is wrong with it. */
+  /** Mark a row, and show its error. */
   mark(wrong) {
     this.draw(wrong);
   }
@@ -95,7 +95,7 @@ export class Moments {
   }
 }
 
-/** A range with its name and value; `changed` is called once it is let go. */
+/** Return a slider with its name and value; `changed` is called when the slider is released. */
 export function slider(name, least, most, step, value, changed, shown = seconds) {
   const label = document.createElement("label");
   label.className = "slider";

@@ -26,8 +26,8 @@ seek("sliders").append(...Object.values(sliders).map((one) => one.label));
 
 let job = null; // the selected program: title, size, m, n
 let worker = null;
-let number = 0; // of the last run
-let loaded = false; // is Python there?
+let number = 0; // number of the last run
+let loaded = false; // true when Python has started
 let running = false;
 let again = false;
 let dirty = false;
@@ -48,7 +48,7 @@ function load(chosen) {
   dirty = false;
 }
 
-/** What is to be run, as it stands on the page. */
+/** Return the program and the settings that the page shows. */
 function current() {
   const named = Object.entries(editor.files);
   return {
@@ -77,7 +77,7 @@ async function fill() {
   );
 }
 
-/** Load what the fragment of the address says. */
+/** Load the program that the fragment of the address names or contains. */
 async function open() {
   const { examples, blocks } = await programs;
   const [kind, value = ""] = location.hash.slice(1).split("=");
@@ -95,7 +95,7 @@ async function open() {
   seek("docs").href = `../docs/reference/blocks/${value}.html`;
   seek("link").hidden = true;
   seek("note").hidden = Boolean(chosen) || !location.hash;
-  seek("note").textContent = "The address names no program, or is not whole: this is the first example.";
+  seek("note").textContent = "The address contains no complete program, so the first example is shown.";
   clear();
   run();
 }
@@ -109,7 +109,7 @@ function begin() {
   worker.onerror = (event) => hear({ failed: event.message ?? "the worker ended" });
 }
 
-/** Run it again after a small change, now or after this run. */
+/** Run the program again after a small change: now, or when the current run has ended. */
 function soon() {
   if (running) again = true;
   else run();
@@ -128,7 +128,7 @@ function stop(said = "stopped") {
   worker?.terminate();
   worker = null;
   state(false, said);
-  begin(); // so that the next run need not wait
+  begin(); // start a worker now, so the next run does not wait for Python
 }
 
 function hear(data) {
@@ -136,7 +136,7 @@ function hear(data) {
     state(false, "");
     worker?.terminate();
     worker = null;
-    told(`it does not work here: ${data.failed}`);
+    told(`the playground does not work in this browser: ${data.failed}`);
   } else if (data.loaded !== undefined || data.ready) {
     loaded = Boolean(data.ready);
     if (running) loading(data.ready ? 1 : data.loaded);
@@ -151,7 +151,7 @@ function hear(data) {
   }
 }
 
-/** Show the share of Python and harness that has come. */
+/** Show the downloaded share of Python and harness. */
 function loading(share) {
   const percent = Math.floor(100 * share);
   let said = loaded ? "running …" : `loading Python and the harness: ${percent} %`;
@@ -198,7 +198,7 @@ function state(isRunning, said) {
   say(said);
 }
 
-/** Show the state of the run; before the first chart also in place of the chart. */
+/** Show the state of the run; before the first chart also in the place of the chart. */
 function say(said) {
   seek("state").textContent = said;
   seek("wait").textContent = said;
@@ -221,7 +221,7 @@ seek("run").onclick = run;
 seek("stop").onclick = () => stop();
 seek("program").onchange = ({ target }) => {
   if (target.value === "own") return;
-  if (dirty && !confirm("Your changes are lost. Go on?")) {
+  if (dirty && !confirm("Your changes will be lost. Continue?")) {
     target.value = location.hash.slice(1) || `example=${FIRST}`;
     return;
   }

@@ -1,4 +1,4 @@
-// A job as the fragment of a link, and back: JSON, compressed, in the letters of URLs.
+// Convert a job to the fragment of a link and back: compressed JSON in characters for URLs.
 
 const FORM = "deflate-raw";
 
@@ -9,7 +9,7 @@ export async function packed(job) {
   return btoa(text).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
 }
 
-/** The job; an Error where the text is none, or not whole. */
+/** Return the job in the text; throw an Error if the text contains no complete job. */
 export async function unpacked(text) {
   const letters = atob(text.replaceAll("-", "+").replaceAll("_", "/"));
   const bytes = Uint8Array.from(letters, (letter) => letter.charCodeAt(0));

@@ -1,4 +1,4 @@
-// Light or dark, as the switch of the site says. The site stores the choice under this key.
+// Light or dark theme, as chosen on the site. The site stores the choice under this key.
 const KEY = `${new URL("..", location).pathname}.__palette`;
 const DARK = matchMedia("(prefers-color-scheme: dark)");
 const FOLLOWS_SYSTEM = "(prefers-color-scheme)";

@@ -1,5 +1,5 @@
-// Runs jobs in a Python of its own, so that the page never waits.
-// Takes { id, job }; says { loaded } with a share while it loads, { ready }, { id, share },
+// Runs jobs in a separate Python, so the page always responds.
+// Receives { id, job }. Sends { loaded } with a share while it loads, { ready }, { id, share },
 // { id, told }, { id, trace }, { failed }.
 import { loadPyodide } from "./python/pyodide.mjs";
 
@@ -10,12 +10,12 @@ from rcx_tools.site.drive import Runner
 runner = Runner(pathlib.Path("/cell"))
 `;
 
-// Bytes of what is fetched here; the build writes the number.
+// Number of bytes that this worker fetches; the build writes the number.
 const BYTES = Number("@BYTES@");
 
 const say = (message) => self.postMessage(message);
 
-/** Report the share of bytes that have come, of everything that this worker fetches. */
+/** Report the received share of the bytes that this worker fetches. */
 function reportFetches() {
   const fetched = self.fetch;
   let received = 0;
@@ -61,7 +61,7 @@ self.onmessage = async ({ data }) => {
       return;
     }
     const told = runner.run(data.job, (share) => say({ id: data.id, share }));
-    python.runPython(`os.environ["RCX_CACHE"] = "off"`); // what is edited need not last
+    python.runPython(`os.environ["RCX_CACHE"] = "off"`); // an edited program is not cached
     say({ id: data.id, told });
   } catch (error) {
     say({ id: data.id, failed: last(error) });

@@ -43,7 +43,7 @@ def _r_trig(s: Any) -> None:
 
 
 def _f_trig(s: Any) -> None:
-    # The standard says: the first call with CLK FALSE counts as a falling edge.
+    # By the standard, F_TRIG also reports a falling edge if CLK is FALSE in the first call.
     clk = s.CLK
     s.Q = not clk and not s.seen
     s.seen = not clk
@@ -116,8 +116,8 @@ def _tp(s: Any) -> None:
     s.before = s.IN
 
 
-# The counters differ between dialects in the values of CV at which they stop counting. None stands
-# for the value of PV.
+# The values of CV at which a counter stops counting depend on the dialect. As a limit, None means
+# the value of PV.
 
 
 def _ctu(s: Any, most: int | None, least: int) -> None:
@@ -175,7 +175,7 @@ _COUNTERS: dict[str, tuple[_Counter, tuple[str, ...]]] = {
 _NAMES = {name: name.removeprefix("L").partition("_")[0] for name in BLOCKS}
 _NAMES.update({name: name for name in ("R_TRIG", "F_TRIG")})
 
-#: The class of a block's instances, by the block's name.
+#: Maps the name of a standard block to the class of its instances.
 CLASSES = {
     name: _class(name, _COUNTERS[kind][1] if kind in _COUNTERS else _KINDS[kind][1])
     for name, kind in _NAMES.items()
@@ -183,12 +183,12 @@ CLASSES = {
 
 
 def _counting(body: _Counter, most: int | None, least: int) -> Callable[[Any], None]:
-    """Return the function of a counter with its limits."""
+    """Return a function that executes a counter, which stops counting at `most` and `least`."""
     return lambda instance: body(instance, most, least)
 
 
 def counter_limits(name: str, rules: Dialect) -> tuple[int | None, int]:
-    """Return the greatest and the least CV at which a counter stops; None stands for PV."""
+    """Return the greatest and the least value of CV at which a counter stops; None means PV."""
     if rules.counters == "preset":
         return None, 0
     (kind,) = (pin.type for pin in BLOCKS[name].variables if pin.name == "CV")
@@ -197,7 +197,7 @@ def counter_limits(name: str, rules: Dialect) -> tuple[int | None, int]:
 
 
 def bodies(rules: Dialect) -> dict[str, Callable[[Any], None]]:
-    """Return the function that executes a block, by the block's name."""
+    """Return a dict from the name of each standard block to the function that executes it."""
     found: dict[str, Callable[[Any], None]] = {}
     for name, kind in _NAMES.items():
         if kind in _COUNTERS:

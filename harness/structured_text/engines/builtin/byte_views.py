@@ -65,7 +65,7 @@ class _Scalar:
         return self.pack(value)[at : at + size]
 
     def write(self, value: Any, at: int, data: bytes) -> Any:
-        """Return the value with some of its bytes changed."""
+        """Return the value after `data` has replaced its bytes from position `at` on."""
         if at == 0 and len(data) == self.size:
             return self.unpack(data)
         held = bytearray(self.pack(value))
@@ -89,11 +89,11 @@ class Number(_Scalar):
     size: int
 
     def pack(self, value: Any) -> bytes:
-        """Pack a number; see `_Scalar`."""
+        """Return the bytes of a number."""
         return struct.pack(self.code, value)
 
     def unpack(self, data: bytes) -> Any:
-        """Unpack a number; see `_Scalar`."""
+        """Return the number that the bytes represent."""
         return struct.unpack(self.code, data)[0]
 
 
@@ -108,11 +108,11 @@ class Bit(_Scalar):
     size: int = 1
 
     def pack(self, value: Any) -> bytes:
-        """Pack a BIT; the other bits are 0."""
+        """Return the byte of a BIT; its other bits are 0."""
         return bytes((bool(value) << self.number,))
 
     def unpack(self, data: bytes) -> Any:
-        """Unpack a BIT; see `_Scalar`."""
+        """Return the value of the BIT in a byte."""
         return bool(data[0] >> self.number & 1)
 
     def store(self, memory: ByteRange, at: int, value: Any) -> None:
@@ -133,12 +133,12 @@ class Moment(_Scalar):
     signed: bool = False
 
     def pack(self, value: Any) -> bytes:
-        """Pack a duration or date; see `_Scalar`."""
+        """Return the bytes of a duration or date."""
         count: int = value // self.unit
         return (count & (1 << 8 * self.size) - 1).to_bytes(self.size, "little")
 
     def unpack(self, data: bytes) -> Any:
-        """Unpack a duration or date; see `_Scalar`."""
+        """Return the duration or date that the bytes represent."""
         return int.from_bytes(data, "little", signed=self.signed) * self.unit
 
 
@@ -153,7 +153,7 @@ class Text(_Scalar):
     width: int
 
     def pack(self, value: Any) -> bytes:
-        """Pack a text; see `_Scalar`."""
+        """Return the bytes of a text."""
         if self.width == 1:
             data: bytes = value.encode("latin-1")
         else:
@@ -161,7 +161,7 @@ class Text(_Scalar):
         return data.ljust(self.size, b"\0")
 
     def unpack(self, data: bytes) -> Any:
-        """Unpack a text; see `_Scalar`."""
+        """Return the text that the bytes represent."""
         held = data[: self.size - self.width]
         if self.width == 1:
             return held.rstrip(b"\0").decode("latin-1")
@@ -176,11 +176,11 @@ class Character(_Scalar):
     size: int
 
     def pack(self, value: Any) -> bytes:
-        """Pack a character; see `_Scalar`."""
+        """Return the bytes of a character."""
         return ord(value).to_bytes(self.size, "little")
 
     def unpack(self, data: bytes) -> Any:
-        """Unpack a character; see `_Scalar`."""
+        """Return the character that the bytes represent."""
         return chr(int.from_bytes(data, "little"))
 
 
@@ -212,7 +212,7 @@ class Opaque:
     slots: tuple[str, ...]
 
     def fits(self, value: Any) -> bool:
-        """Return whether a value has the variables of this type."""
+        """Return whether a block or structure has all variables that this layout requires."""
         return all(hasattr(value, slot) for slot in self.slots)
 
     def read(self, value: Any, at: int, size: int) -> bytes:
@@ -235,7 +235,7 @@ class Opaque:
 class _Composite:
     """The common base of the layouts of structures, unions and arrays.
 
-    Such a value is not unpacked: a view reads and writes its parts in memory.
+    These values are not unpacked as a whole: a view reads and writes single elements in memory.
     """
 
     size: int
@@ -271,7 +271,7 @@ class Row(_Composite):
         return data[at - first * step :][:size]
 
     def write(self, value: Any, at: int, data: bytes) -> Any:
-        """Change some bytes of a list."""
+        """Replace the bytes of an array, which is a list, from position `at` on by `data`."""
         step, behind = self.element.size, at + len(data)
         for k in range(at // step, -(-behind // step)):
             begin, end = max(at, k * step), min(behind, (k + 1) * step)
@@ -311,7 +311,10 @@ class Record(_Composite):
         return bytes(data)
 
     def write(self, value: Any, at: int, data: bytes) -> Any:
-        """Change some bytes of a structure; bytes between its fields are ignored."""
+        """Replace the bytes of a structure from position `at` on.
+
+        Bytes between its fields are ignored.
+        """
         if self.union:
             value.memory.write(value.at + at, data)
             return value
@@ -329,7 +332,7 @@ class Record(_Composite):
         return Fields(memory, at, self)
 
 
-#: The names that generated code can use, besides `Union`.
+#: The classes of layouts that generated code can use, by name.
 NAMES: dict[str, Any] = {
     one.__name__: one
     for one in (Number, Bit, Moment, Text, Character, Pointer, Opaque, Row, Record)
@@ -349,7 +352,7 @@ class Elements:
         self.memory, self.at, self.row = memory, at, row
 
     def place(self, position: int) -> int:
-        """Return the position of an element in memory."""
+        """Return the position in memory [bytes] of the element with the index `position`."""
         return self.at + position * self.row.element.size
 
     def __len__(self) -> int:
@@ -404,12 +407,12 @@ class Union(Fields):
         object.__setattr__(self, "held", bytearray(record.size))
 
     def read(self, at: int, size: int) -> bytes:
-        """Return some of the shared bytes; see `ByteRange`."""
+        """Return `size` of the shared bytes, from position `at`."""
         _check(at, size, len(self.held))
         return bytes(self.held[at : at + size])
 
     def write(self, at: int, data: bytes) -> None:
-        """Write some of the shared bytes; see `ByteRange`."""
+        """Write `data` to the shared bytes, from position `at` on."""
         _check(at, len(data), len(self.held))
         self.held[at : at + len(data)] = data
 
@@ -423,12 +426,12 @@ class Held:
         self.pointer, self.layout = pointer, layout
 
     def read(self, at: int, size: int) -> bytes:
-        """Return some bytes of the variable; see `ByteRange`."""
+        """Return `size` bytes of the variable, from position `at`."""
         _check(at, size, self.layout.size)
         return self.layout.read(self.pointer.V, at, size)
 
     def write(self, at: int, data: bytes) -> None:
-        """Write some bytes of the variable; see `ByteRange`."""
+        """Write `data` to the bytes of the variable, from position `at` on."""
         _check(at, len(data), self.layout.size)
         old = self.pointer.V
         new = self.layout.write(old, at, data)
@@ -449,7 +452,7 @@ class View:
 
     @property
     def V(self) -> Any:  # noqa: N802 (as other pointers have it)
-        """Return the value at the pointer's position."""
+        """Return the value that the bytes at the pointer's position represent."""
         return self.layout.look(self.memory, self.at_)
 
     @V.setter
@@ -457,11 +460,11 @@ class View:
         self.layout.store(self.memory, self.at_, value)
 
     def at(self, offset: int) -> View:
-        """Return the pointer moved by some elements."""
+        """Return a pointer that is `offset` elements further on."""
         return View(self.memory, self.at_ + offset * self.layout.size, self.layout)
 
     def moved(self, offset: int, size: int) -> View:
-        """Return the pointer moved by some bytes."""
+        """Return a pointer that is `offset` bytes further on."""
         del size
         return View(self.memory, self.at_ + offset, self.layout)
 

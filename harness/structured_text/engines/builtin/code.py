@@ -12,9 +12,9 @@ class Code:
     """The generated Python code of a project.
 
     Attributes:
-        file: File name under which the code is compiled.
-        first: Number of lines before the lines of the POUs.
-        origins: File and line of the source for each line of the POUs.
+        file: File name that Python shows for the code in a traceback.
+        first: Number of generated lines before the first line of a POU.
+        origins: File and line of the Structured Text for each generated line of a POU.
         body: The compiled code, as `marshal` writes it.
     """
 

@@ -1,8 +1,9 @@
 """Coverage counters for executed Structured Text; used only if a user asks for coverage.
 
-Inside `with counting(collector)`, every program that the built-in engine compiles counts. All
-programs that are compiled from the same file share its counters. Programs in other languages, such
-as those of devices around the PLC, bring their own lines and counters (`Collector.text`).
+Every program that the built-in engine compiles inside `with counting(collector)` counts its
+executed statements. All programs that are compiled from the same file share its counters. Programs
+in other languages, such as those of devices around the PLC, bring their own lines and counters
+(`Collector.text`).
 """
 
 from __future__ import annotations
@@ -79,7 +80,7 @@ class Counts:
     """The counters of one POU.
 
     Attributes:
-        counters: Number of executions of each run of statements and of each empty branch.
+        counters: Number of executions of each sequence of statements and of each empty branch.
         seen: The vectors of each decision.
     """
 
@@ -94,7 +95,7 @@ class Counted(NamedTuple):
     Attributes:
         hash: A hash of the file's content.
         plan: The numbers of the POU's counters and decisions.
-        sources: The sources of the program that were taken from this file.
+        sources: The source paths of the program that lead to this file.
     """
 
     file: str
@@ -151,7 +152,7 @@ class Collector:
     Without `folder` all sources are counted. Libraries are counted only if `library` is true.
 
     Attributes:
-        elsewhere: Engines without counters that have run programs in the meantime.
+        elsewhere: Names of engines that have run programs without counting.
     """
 
     def __init__(self, folder: Path | None = None, *, library: bool = True) -> None:
@@ -163,7 +164,7 @@ class Collector:
         self._texts: dict[tuple[str, str, str], CountedText] = {}
 
     def leave_out(self, library: Path) -> None:
-        """Exclude the folder of a library, unless libraries count."""
+        """Exclude the folder of a library from the counts; do nothing if `library` is true."""
         if not self._library:
             self._apart.add(real(library))
 
@@ -201,19 +202,19 @@ class Collector:
         return self._texts[key]
 
     def _counts(self, file: Path) -> bool:
-        """Return whether a file is counted."""
+        """Return whether the sources in a file are counted."""
         if self._folder is not None and self._folder not in file.parents:
             return False
         return self._apart.isdisjoint(file.parents) and file.is_file()
 
     @property
     def texts(self) -> list[CountedText]:
-        """Return all programs in other languages with counters."""
+        """Return all counted programs that are not Structured Text."""
         return list(self._texts.values())
 
     @property
     def counted(self) -> list[Counted]:
-        """Return all POUs with counters."""
+        """Return all counted POUs."""
         return list(self._counted.values())
 
 
@@ -224,7 +225,7 @@ def _resolved(file: str) -> Path:
 
 @lru_cache(maxsize=1024)
 def _hash(file: Path, stamp: int) -> str:
-    """Return a hash of the file; a new time of change (`stamp`) makes the cache read it again."""
+    """Return a hash of a file; if its time of change (`stamp`) is new, the file is read again."""
     return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
@@ -233,7 +234,7 @@ _collecting: list[Collector] = []
 
 @contextmanager
 def counting(collector: Collector) -> Iterator[Collector]:
-    """Count in every program that is compiled inside this context."""
+    """Let every program that is compiled inside this context count its executed statements."""
     _collecting.append(collector)
     try:
         yield collector

@@ -29,8 +29,8 @@ __all__ = ["compiled"]
 def compiled(project: Project, collector: Collector | None, names: dict[str, Any]) -> Code:
     """Compile a project.
 
-    The generated code can use `names`; counters are added to them. Without `collector` nothing is
-    counted. Raise InputError if statements or expressions are nested too deeply.
+    The generated code can use the objects in `names`. If `collector` is given, its counters are
+    added to `names`. Raise InputError if statements or expressions are nested too deeply.
     """
     try:
         return deeply(lambda: _written(project, collector, names))

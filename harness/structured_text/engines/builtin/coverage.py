@@ -1,8 +1,9 @@
 """The plan of the coverage counters of a POU, and the code that counts; see `collector`.
 
 A run is a sequence of statements that are always executed together; it has one counter. A decision
-is a Boolean expression. Its conditions are numbered, and a vector has one bit per condition. Each
-vector that occurs is recorded, so that branch coverage and MC/DC can be computed afterwards.
+is a Boolean expression with numbered conditions. A vector has one bit for the value of each
+condition. Each vector that occurs is recorded. Branch coverage and MC/DC are computed from the
+recorded vectors.
 """
 
 from __future__ import annotations
@@ -32,12 +33,12 @@ _COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
 
 
 def outcome(code: Postfix, vector: int, skipped: int = 0) -> bool | None:
-    """Return the value of an expression in which condition k has the value of bit k.
+    """Return the value of an expression if each condition k has the value of bit k of `vector`.
 
-    The conditions in `skipped`, a bit each, have unknown values.
+    If bit k of `skipped` is set, the value of condition k is unknown.
 
     Returns:
-        The value; None if it depends on unknown conditions.
+        The value; None if it depends on conditions with an unknown value.
     """
     stack: list[bool | None] = []
     for one in code:
@@ -70,10 +71,11 @@ class Decision:
         root: The whole expression.
         conditions: Its operands that are not constants.
         line: First line of the statement that contains it.
-        code: The operators and the conditions that they join.
-        lazy: Whether conditions may be skipped. AND_THEN and OR_ELSE skip them. They are also
-            skipped if the evaluation of a condition without influence could call a function or
-            stop the program, because coverage must not change what a program does.
+        code: The expression in postfix notation.
+        lazy: Whether conditions may be skipped. AND_THEN and OR_ELSE skip conditions without
+            influence. The other operators skip such a condition if its evaluation could call a
+            function or stop the program, because coverage must not change the behaviour of the
+            program.
     """
 
     root: t.Expression
@@ -83,7 +85,7 @@ class Decision:
     lazy: bool = False
 
     def outcome(self, vector: int) -> bool:
-        """Return the value of the expression in which condition k has the value of bit k."""
+        """Return the decision's value if each condition k has the value of bit k of `vector`."""
         return bool(outcome(self.code, vector))
 
 
@@ -92,12 +94,13 @@ class Plan:
     """The numbers of counters and decisions in one POU.
 
     Attributes:
-        run: Counter of a statement's run, by `id` of the statement.
-        first: The same, but only for the first statement of each run.
-        empty: Counter of the path that skips the body of an IF, CASE, WHILE or FOR, by its `id`.
-        blank: Counters of bodies without statements, in order, by `id` of the IF, CASE or loop.
+        run: The counter of the run that contains a statement, by the `id` of the statement.
+        first: The counter of each run, by the `id` of its first statement.
+        empty: The counter of the path that skips all bodies of a statement, by the `id` of the IF,
+            CASE, WHILE or FOR.
+        blank: The counters of empty bodies, in source order, by the `id` of the IF, CASE or loop.
         decisions: The decisions in source order.
-        number: Number of a decision, by `id` of its root.
+        number: The index of a decision in `decisions`, by the `id` of its root.
     """
 
     size: int = 0
@@ -121,10 +124,9 @@ class Plan:
         return self.size - 1
 
     def body(self, node: t.Statement, body: tuple[t.Statement, ...], place: int = 0) -> int:
-        """Return the counter of a body.
+        """Return the counter of a body of an IF, CASE or loop.
 
-        `place` is used for a body without statements: its number among the empty bodies of the
-        node.
+        For a body without statements, `place` is its index among the empty bodies of `node`.
         """
         return self.run[id(body[0])] if body else self.blank[id(node)][place]
 
@@ -160,7 +162,8 @@ class Plan:
             self._decision(node.condition, line)
             self._body(node, node.body)
         elif isinstance(node, t.Try):
-            # An error may occur between any two statements, so each statement has its own counter.
+            # Inside a `__TRY` an error may end any statement, so each statement has its own
+            # counter.
             self.guarded += 1
             self._statements(node.body)
             self.guarded -= 1
@@ -205,7 +208,7 @@ class Plan:
 
 
 def _is_operator(node: t.Expression) -> bool:
-    """Return whether a node is an operation with a BOOL result, and so the root of a decision."""
+    """Return whether a node is an operation with a BOOL result; it is the root of a decision."""
     if isinstance(node, t.Binary):
         return node.op in _COMPARISONS or _is_logic(node)
     return isinstance(node, t.Same) or _is_logic(node)
@@ -281,18 +284,22 @@ class _CountingExpressions(ExpressionCode):
 
     For a decision without skipped conditions, the code computes all conditions, joins them to a
     vector and looks up the outcome in a dict. For a lazy decision, each evaluated condition reports
-    its value through `see`, and Python's own operators decide what is skipped.
+    its value through `see`, and Python's own operators decide which conditions are skipped.
     """
 
     def __init__(self, project: Project, pou: t.Pou, plan: Plan) -> None:
         super().__init__(project, pou)
         self._pou_name = slot_name(pou.name)
         self._plan = plan
-        # Conditions of lazy decisions: the code that reports their values.
+        # The code that reports the value of a condition of a lazy decision, by the condition's
+        # `id`.
         self._tells: dict[int, str] = {}
 
     def value(self, node: t.Expression) -> Value:
-        """Return the code of an expression; it evaluates all conditions of a non-lazy decision."""
+        """Return the code of an expression.
+
+        If the expression is a decision that is not lazy, the code evaluates all its conditions.
+        """
         tells = self._tells.pop(id(node), "")
         if tells:
             return Value(f"{tells}, {self.value(node).code})")

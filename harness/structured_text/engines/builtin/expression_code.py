@@ -67,7 +67,7 @@ class ExpressionCode:
         self._parts = 0
         self._results = 0
         self.parts: list[tuple[str, str]] = []
-        """Name and code of each part that becomes a local function."""
+        """Name and code of each part of an expression that becomes a local function."""
 
     # --- variables ---
 
@@ -107,7 +107,7 @@ class ExpressionCode:
         return self.pointing.variable(node)
 
     def _member(self, node: t.Member) -> str:
-        """Return the code of a member.
+        """Return the Python code of a member of a structure or block.
 
         A located variable of a program is stored with the globals.
         """
@@ -119,7 +119,7 @@ class ExpressionCode:
         return f"{self.variable(node.base)}.{slot_name(node.name)}"
 
     def is_shared(self, name: str) -> bool:
-        """Return whether a function uses globals or the time, also through other functions."""
+        """Return whether a function, or a function that it calls, uses globals or the time."""
         if name not in self._shared:
             pou = self._project.pous[name]
             self._shared[name] = self.uses_globals(pou, pou.symbols.values())
@@ -140,9 +140,9 @@ class ExpressionCode:
         return f"{code}[:{string_length(kind)}]"
 
     def adapted(self, code: str, kind: Type, to: Type) -> str:
-        """Return the Python code of an output for a target of another type.
+        """Return the Python code that adapts an output to the type of its target.
 
-        A text is cut, a number is converted.
+        A text is cut to the length of the target, and a number is converted.
         """
         have, want = integer_name(kind), integer_name(to)
         if have != want:
@@ -151,13 +151,16 @@ class ExpressionCode:
         return self.cut(code, to) if have in ANY_STRING else code
 
     def elements(self, node: t.Index) -> str:
-        """Return the Python code of the list that contains an element."""
+        """Return the Python code of the list that contains an element of an array."""
         base = self.variable(node.base)
         kind = node.base.type
         return f"{base}.held" if isinstance(kind, ArrayType) and kind.open else base
 
     def given(self, variable: t.Variable, pin: Type) -> str:
-        """Return the code of the argument for a VAR_IN_OUT; an open array includes its bounds."""
+        """Return the code that passes a variable to a VAR_IN_OUT.
+
+        An array of open length also passes its bounds.
+        """
         code, kind = self.variable(variable), variable.type
         if isinstance(pin, ArrayType) and pin.open and isinstance(kind, ArrayType):
             return code if kind.open else f"Open({code}, {kind.bounds!r})"
@@ -203,7 +206,7 @@ class ExpressionCode:
     # --- values ---
 
     def exact(self, node: t.Expression) -> str:
-        """Return the Python code of an expression with a value of its type."""
+        """Return the Python code of an expression; its value is wrapped or rounded to its type."""
         if isinstance(node, t.Constant) and type_name(node.type) == "REAL":
             return repr(c_float(float(node.value)).value)
         return settle(self.value(node), node.type)
@@ -266,7 +269,7 @@ class ExpressionCode:
         if name in ANY_REAL:
             return Value(_real(float(node.value)), wide=name == "REAL")
         code = repr(node.value)
-        if isinstance(node.value, int):  # also a BOOL, for which the limits have no meaning
+        if isinstance(node.value, int):  # a BOOL is an int as well; its limits are ignored
             return Value(f"({code})" if node.value < 0 else code, (node.value, node.value))
         return Value(code)
 
@@ -297,7 +300,7 @@ class ExpressionCode:
         return of_type(f"({parts})[-1]", node.type)
 
     def _assigned(self, node: t.Assigned) -> Value:
-        """Return an expression that assigns a variable; its value is the new value."""
+        """Return a Python expression that assigns a variable and has the assigned value."""
         value = self.exact(node.value)
         if not is_scalar(node.type):
             code = self.variable(node.target)
@@ -309,12 +312,15 @@ class ExpressionCode:
         return of_type(f"({result} := {held}, {stored}, {result})[-1]", node.type)
 
     def _backs(self, pou: t.Pou) -> list[tuple[str, Type]]:
-        """Return name and type of the further values that a function returns behind its result."""
+        """Return name and type of the variables that a function returns after its result.
+
+        These are its scalar VAR_IN_OUT and then its outputs.
+        """
         backs = [one for one in pou.section("VAR_IN_OUT") if is_scalar(one.type)]
         return [(one.name, one.type) for one in (*backs, *pou.section("VAR_OUTPUT"))]
 
     def _stored(self, target: t.Variable, kind: Type, value: str) -> str:
-        """Return an expression that assigns a value to a variable."""
+        """Return a Python expression that assigns a value to a variable."""
         code = self.variable(target)
         if not is_scalar(kind):
             return f"filled({code}, {value})"

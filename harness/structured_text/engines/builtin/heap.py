@@ -29,17 +29,20 @@ class Heap(dict[int, tuple[Any, int]]):
         self.version = 0
 
     def put(self, held: Any, number: int) -> None:
-        """Add a variable."""
+        """Add a variable that `__NEW` has made; `number` is the number of its type."""
         self[id(held)] = held, number
         self.version += 1
 
     def drop(self, held: Any) -> None:
-        """Remove a variable."""
+        """Remove a variable that `__DELETE` has ended."""
         self.pop(id(held), None)
         self.version += 1
 
     def saved(self, names: Mapping[str, Any]) -> tuple[Any, ...]:
-        """Return number of type, length and values of each variable; -1 as length: no list."""
+        """Return type number, length and values of each variable.
+
+        The length -1 means that the variable is not a list.
+        """
         return tuple(
             (number, len(held), [names[f"heap_save{number}"](one) for one in held])
             if isinstance(held, list)
@@ -48,7 +51,10 @@ class Heap(dict[int, tuple[Any, int]]):
         )
 
     def make(self, saved: tuple[Any, ...], names: Mapping[str, Any], shared: Any) -> None:
-        """Replace all variables by the variables of a snapshot, with their initial values."""
+        """Replace all variables by new ones with the types and lengths in a snapshot.
+
+        The new variables have their initial values.
+        """
         self.clear()
         for number, length, _ in saved:
             made = names[f"heap_make{number}"]
@@ -56,7 +62,7 @@ class Heap(dict[int, tuple[Any, int]]):
             self.put(held, number)
 
     def load(self, saved: tuple[Any, ...], names: Mapping[str, Any]) -> None:
-        """Set the variables to the values of a snapshot."""
+        """Set all variables, which `make` has made, to their values in a snapshot."""
         for (held, number), (_, length, values) in zip(self.values(), saved, strict=True):
             load = names[f"heap_load{number}"]
             if length < 0:

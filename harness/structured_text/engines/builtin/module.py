@@ -47,12 +47,12 @@ class Module:
         self.names.update({f"body_{name}": found for name, found in executed.items()})
         self._noted: set[str] = set()
         # All instances of the noted blocks record their calls, even if no user takes the records.
-        # The length is therefore bounded.
+        # Therefore the number of records is limited.
         self._calls: deque[tuple[int, int]] = deque(maxlen=100_000)
 
         def made() -> Code:
             from structured_text.engines.builtin.compile import (
-                compiled,  # used only if the cache has no code
+                compiled,  # not imported if the cache has the code
             )
 
             return compiled(project, collector, self.names)
@@ -64,7 +64,7 @@ class Module:
         """Replace the functions of these blocks by functions that record each call.
 
         Returns:
-            The calls. Each has the identity of the instance, and the identity of its VAR_IN_OUT or
+            The calls: pairs of the identity of the instance, and the identity of its VAR_IN_OUT or
             0.
         """
         for name, place in blocks.items():
@@ -123,7 +123,7 @@ class Module:
 
     @contextmanager
     def answering(self, answers: Mapping[str, Callable[..., Any]]) -> Iterator[None]:
-        """Replace FUNCTIONs, by name, by Python functions inside the `with`."""
+        """Replace some FUNCTIONs of the program by Python functions inside the `with`."""
         keys = {f"f_{name.upper()}": answer for name, answer in answers.items()}
         before = {key: self.names[key] for key in keys if key in self.names}
         self.names.update({key: keys[key] for key in before})

@@ -30,7 +30,10 @@ def attribute(name: str) -> str:
 
 
 def handed_back(method: Pou) -> list[Symbol]:
-    """Return the values that follow a method's result: its outputs, then its scalar VAR_IN_OUT."""
+    """Return the variables that a method returns after its result.
+
+    These are its outputs and then its scalar VAR_IN_OUT.
+    """
     in_outs = [symbol for symbol in method.section("VAR_IN_OUT") if is_scalar(symbol.type)]
     return [*method.section("VAR_OUTPUT"), *in_outs]
 
@@ -50,11 +53,10 @@ def _in_outs(block: BlockType) -> list[str]:
 
 
 def linking(project: Project) -> list[str]:
-    """Return the lines behind the functions.
+    """Return the generated lines that follow the functions of the POUs.
 
-    They make the methods attributes of the classes, and define `start`.
-
-    The list is empty for a program without methods and without start actions.
+    These lines make the methods attributes of the classes, and define `start`. The list is empty
+    for a program without methods and without start actions.
     """
     objects, lines = project.objects, []
     for key in objects.blocks:
@@ -73,10 +75,10 @@ def linking(project: Project) -> list[str]:
 class _Starts:
     """The writer of `start`, and of `start_X(s)` for each block that has start actions.
 
-    `start` begins with the blocks among the globals. The initial values of the lists of globals and
-    the program instances follow. For each block, the instances inside the block start first. The
-    start methods of the block run next, those of a base block before those of a derived block. The
-    `INIT` methods run last, unless `INIT` needs arguments from a declaration.
+    `start` begins with the blocks among the globals. Then it assigns the initial values in the
+    lists of globals and of the program instances. For each block, the instances inside the block
+    start first. The start methods of the block run next, those of a base block before those of a
+    derived block. The `INIT` methods run last, unless `INIT` needs arguments from a declaration.
     """
 
     def __init__(self, project: Project) -> None:
@@ -107,7 +109,7 @@ class _Starts:
     def heap_lines(self) -> Iterator[str]:
         """Yield the code that starts and ends blocks which `__NEW` has made.
 
-        The exit method of a derived block runs before the exit method of its base.
+        The exit method of a derived block runs before the exit method of its base block.
         """
         for key in self._objects.blocks:
             if self._is_needed(key):

@@ -19,7 +19,7 @@ from structured_text.language.walk import nodes
 
 __all__ = ["POINTING", "Pointing", "has_effect"]
 
-#: The expressions that this module writes.
+#: The types of expressions that this module translates.
 POINTING = (
     t.This,
     t.CallMethod,
@@ -50,16 +50,16 @@ class _Code(Protocol):
         """Return the Python code of the position of an element."""
 
     def elements(self, node: t.Index) -> str:
-        """Return the Python code of the list that contains an element."""
+        """Return the Python code of the list that contains an element of an array."""
 
     def adapted(self, code: str, kind: Type, to: Type) -> str:
-        """Return the Python code of an output for a target of another type."""
+        """Return the Python code that adapts an output to the type of its target."""
 
     def given(self, variable: t.Variable, pin: Type) -> str:
         """Return the Python code of the argument for a VAR_IN_OUT."""
 
     def exact(self, node: t.Expression) -> str:
-        """Return the Python code of an expression with a value of its type."""
+        """Return the Python code of an expression; its value is wrapped or rounded to its type."""
 
 
 class Pointing:
@@ -80,7 +80,7 @@ class Pointing:
         self.storage = Storage()
 
     def variable(self, node: t.Variable) -> str:
-        """Return the Python code of a variable; code of `pointer^` is also a valid target."""
+        """Return the Python code of a variable; the code of `pointer^` can also be assigned to."""
         if isinstance(node, t.This):
             return "s"
         if isinstance(node, t.Deref):
@@ -147,8 +147,9 @@ class Pointing:
     def _valid(self, node: t.Expression) -> str:
         """Return code of `__ISVALIDREF`.
 
-        Methods may use a VAR_IN_OUT of their block before the block is called with a variable for
-        it. Everywhere else the call has passed a variable.
+        A method may use a VAR_IN_OUT of its block before the first call of the block has passed a
+        variable. In that case `__ISVALIDREF` is FALSE. A VAR_IN_OUT in any other place is always
+        valid.
         """
         if isinstance(node.type, ReferenceType):
             return f"({self._code.exact(node)} is not null)"
@@ -158,7 +159,7 @@ class Pointing:
         return f"(s.{slot_name(node.symbol.name)} is not uncalled)"
 
     def _delete(self, pointer: t.Variable | t.Address) -> str:
-        """Return code that frees a variable made by `__NEW`, and sets the pointer to 0."""
+        """Return the code of `__DELETE`, which frees a variable and sets the pointer to 0."""
         if isinstance(pointer, t.Address):
             return f"heap_delete(g, {self._code.exact(pointer)})"
         before: list[str] = []
@@ -167,7 +168,7 @@ class Pointing:
         return f"({', '.join([*before, gone, self._write(place, pointer, 'null')])})[-1]"
 
     def _query(self, node: t.Query) -> str:
-        """Return code that queries another interface of a block, and stores the result."""
+        """Return code that queries another interface of a block and stores the result."""
         before: list[str] = []
         name, names = self._name(), frozenset(f"b_{block}" for block in node.blocks)
         target = self._place(node.target, before)
@@ -179,7 +180,7 @@ class Pointing:
         return f"({', '.join(parts)})[-1]"
 
     def _layout(self, kind: Type) -> str:
-        """Return the layout of a pointer's target."""
+        """Return the name of the layout (`byte_views`) of a pointer's target."""
         assert isinstance(kind, ReferenceType)
         assert kind.target is not None
         return self.storage.layout(kind.target)
@@ -238,10 +239,10 @@ class Pointing:
         return f"m{self._names}"
 
     def _place(self, node: t.Variable, before: list[str]) -> tuple[str, str]:
-        """Return the code of a variable's holder, and of the variable's name or position in it.
+        """Return code for the object or list of a variable, and for its name or position in it.
 
-        Each part is evaluated once; code for that is appended to `before`. The holder is empty for
-        a Python local.
+        Both are evaluated only once, by code that is appended to `before`. For a Python local the
+        first code is empty.
         """
         code = self._code
         if isinstance(node, t.Index):
@@ -285,5 +286,5 @@ _EFFECTS = (t.CallMethod, t.Deref, t.Assigned, t.Query, t.New)
 
 
 def has_effect(node: t.Expression) -> bool:
-    """Return whether an operand must be evaluated: it has an effect, or follows a pointer."""
+    """Return whether an operand must be evaluated: it has an effect, or it follows a pointer."""
     return any(isinstance(one, _EFFECTS) for one in nodes(node))

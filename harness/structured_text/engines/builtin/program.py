@@ -35,7 +35,7 @@ from structured_text.language.values import describe, from_python, nest, scalar_
 __all__ = ["BuiltinProgram"]
 
 _NO_STORAGE = ("VAR_IN_OUT", "VAR_EXTERNAL")
-#: Types with the same value in memory and in the result of `read`.
+#: Types whose stored value is also the result of `read`, without a conversion.
 _AS_HELD = frozenset(
     {
         *("BOOL", "BYTE", "WORD", "DWORD", "LWORD", "SINT", "INT", "DINT", "LINT"),
@@ -119,7 +119,8 @@ class BuiltinProgram(OfProject):
     def _made(self, block: BlockType) -> Any:
         """Return the object of a program instance.
 
-        It is new, or the single object of a program that other POUs call by its name.
+        If other POUs call the program by its name, its only object is returned. Otherwise the
+        object is new.
         """
         key = block.name.upper()
         shared = self.project.global_symbols.get(key)
@@ -176,7 +177,7 @@ class BuiltinProgram(OfProject):
         return InputError(_fault(error), file=file, line=line)
 
     def _run(self, start: Callable[[], None]) -> None:
-        """Run the code that must precede the first scan."""
+        """Run generated code before the first scan, at PLC time 0."""
         self._globals.now = 0
         try:
             start()
@@ -229,7 +230,10 @@ class BuiltinProgram(OfProject):
         return lambda: convert(_get(place.holder, place.key))
 
     def reader(self, paths: Sequence[str]) -> Callable[[], tuple[Value, ...]]:
-        """Return a function that reads these variables; see `engines.base.Program.reader`."""
+        """Return a function that reads the variables at `paths`.
+
+        See `engines.base.Program.reader`.
+        """
         read = self._readers.get(tuple(paths))
         if read is None:
             read = self._readers[tuple(paths)] = self._reader(paths)
@@ -243,10 +247,10 @@ class BuiltinProgram(OfProject):
         return lambda: tuple([look() for look in looks])
 
     def _converter(self, kind: Type) -> Callable[[Any], Value] | None:
-        """Return the function that converts a stored value for `read`; None if both are equal.
+        """Return the function that converts a stored value for `read`.
 
-        The function is made once for each type, because monitors and tests read the same structures
-        in each scan.
+        The result is None if no conversion is needed. The function is made once for each type,
+        because monitors and tests read the same structures in each scan.
         """
         if id(kind) not in self._converters:
             self._converters[id(kind)] = self._made_converter(kind)
@@ -273,7 +277,7 @@ class BuiltinProgram(OfProject):
         return partial(scalar_to_python, kind)
 
     def _pins(self, kind: BlockType) -> Callable[[Any], Value]:
-        """Return the function that reads the variables of a block."""
+        """Return a function that reads all variables of a block as a dict."""
         pins = [pin for pin in kind.variables if pin.section not in _NO_STORAGE]
         own = _fields([(pin.name, self._converter(pin.type)) for pin in pins])
         if all(pin.address is None for pin in pins):
@@ -289,7 +293,7 @@ class BuiltinProgram(OfProject):
         return instance, pin.name.upper()
 
     def write(self, path: str, value: Value) -> None:
-        """Set `path`; see `engines.base.Program.write`."""
+        """Write a value to `path`; see `engines.base.Program.write`."""
         place = self._place(path)
         self._assign(place, from_python(place.type, value, place.path))
 
@@ -360,7 +364,7 @@ class BuiltinProgram(OfProject):
 
     @contextmanager
     def answering(self, answers: Mapping[str, Callable[..., Any]]) -> Iterator[None]:
-        """Replace the calls of FUNCTIONs, by name, by Python functions inside the `with`.
+        """Replace the calls of some FUNCTIONs by Python functions inside the `with`.
 
         A Python function gets the inputs in the order of their declaration, as the engine
         represents them. Functions that the program does not have are ignored.
@@ -383,14 +387,14 @@ class BuiltinProgram(OfProject):
     ) -> Iterator[None]:
         """Let `called` run the calls of these FUNCTIONs and methods inside the `with`.
 
-        `called` gets the name of the POU, the first argument (the instance of a method), and a
-        function that runs the call; it raises InputError, with file and line, if the program fails
-        at run time. The call has the value that `called` returns. Calls within such a call run as
-        usual.
+        `called` gets the name of the POU, the first argument of the call (for a method, the
+        instance), and a function that runs the call. This function raises InputError, with file and
+        line, if the program fails at run time. The result of `called` becomes the result of the
+        call. Calls that occur inside a guarded call are not guarded.
 
         Args:
-            pous: Names; `Block.Method` for a method.
-            called: Runs a call.
+            pous: Names of the POUs; the name of a method is `Block.Method`.
+            called: The function that runs each guarded call.
         """
         active = False
 
@@ -416,7 +420,7 @@ class BuiltinProgram(OfProject):
             return function(*arguments)
         except FAULTS as error:
             raise self._fault(error) from None
-        except InputError as error:  # raised by an answer, see `answering`
+        except InputError as error:  # raised by a Python function of `answering`
             if error.file is not None:
                 raise
             file, line = self.module.origin(error.__traceback__) or (None, None)

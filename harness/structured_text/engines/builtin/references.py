@@ -38,11 +38,11 @@ class _Movable:
     __slots__ = ()
 
     def at(self, offset: int) -> Any:
-        """Return the pointer moved by some elements."""
+        """Return a pointer that is `offset` elements further on."""
         raise NotImplementedError
 
     def moved(self, offset: int, size: int) -> Any:
-        """Return the pointer moved by some bytes."""
+        """Return a pointer that is `offset` bytes further on; `size` is the size of an element."""
         count, rest = divmod(offset, size)
         if rest:
             raise MemoryAccessError(
@@ -61,7 +61,7 @@ class Slot(_Movable):
 
     @property
     def V(self) -> Any:  # noqa: N802 (all names of Structured Text are in upper case)
-        """Return the value of the variable."""
+        """Return the value of the variable that the pointer refers to."""
         return getattr(self.holder, self.key)
 
     @V.setter
@@ -69,7 +69,7 @@ class Slot(_Movable):
         setattr(self.holder, self.key, value)
 
     def at(self, offset: int) -> Slot:
-        """Return the pointer moved by some elements."""
+        """Return this pointer; raise MemoryAccessError if `offset` is not 0."""
         if offset:
             raise MemoryAccessError(f"a pointer to {self.key} leads {offset} elements beyond it")
         return self
@@ -92,7 +92,7 @@ class Item(_Movable):
 
     @property
     def V(self) -> Any:  # noqa: N802
-        """Return the value of the variable."""
+        """Return the value of the array element that the pointer refers to."""
         return self.holder[self._inside()]
 
     @V.setter
@@ -100,7 +100,7 @@ class Item(_Movable):
         self.holder[self._inside()] = value
 
     def at(self, offset: int) -> Item:
-        """Return the pointer moved by some elements."""
+        """Return a pointer that is `offset` elements further on."""
         return Item(self.holder, self.key + offset)
 
 
@@ -113,7 +113,7 @@ class Whole(_Movable):
         self.V = value
 
     def at(self, offset: int) -> Whole:
-        """Return the pointer moved by some elements."""
+        """Return this pointer; raise MemoryAccessError if `offset` is not 0."""
         if offset:
             raise MemoryAccessError(f"a pointer leads {offset} elements beyond its variable")
         return self
@@ -162,7 +162,7 @@ def _same(one: Any, other: Any) -> bool:
 
 
 def _asked(block: Any, names: Collection[str]) -> Any:
-    """Return a block if its class has one of these names, else the value of no block."""
+    """Return a block if `names` contains the name of its class, else the value for "no block"."""
     return block if type(block).__name__ in names else _NO_BLOCK
 
 
@@ -171,7 +171,7 @@ _MOST_MADE, _LONGEST_ROW = 100_000, 1_000_000
 
 
 def _new(shared: Any, held: Any, number: int) -> Any:
-    """Return a pointer to a new variable, which is started; 0 (NULL) if there is no memory."""
+    """Start a new variable and return a pointer to it; 0 (NULL) if the heap is full."""
     if len(shared.heap) >= _MOST_MADE:
         return _NULL
     shared.heap.put(held, number)
@@ -182,7 +182,7 @@ def _new(shared: Any, held: Any, number: int) -> Any:
 
 
 def _new_row(shared: Any, number: int, count: int, make: Callable[[], Any]) -> Any:
-    """Return a pointer to the first of several new variables; 0 (NULL) if there is no memory."""
+    """Return a pointer to the first of several new variables; 0 (NULL) if the heap is full."""
     if not 0 < count <= _LONGEST_ROW:
         return _NULL
     return _new(shared, [make() for _ in range(count)], number)
@@ -214,7 +214,7 @@ def _place(pointer: Any) -> tuple[Any, Any]:
 
 
 def _viewed(pointer: Any, layout: Layout) -> View:
-    """Return a pointer as a view: the memory of its target and the position there [bytes]."""
+    """Return a pointer as a view: the memory of its target, and the position in it [bytes]."""
     if isinstance(pointer, View):
         return pointer
     held: Any
@@ -246,7 +246,7 @@ def _recast(pointer: Any, own: Layout, other: Layout) -> Any:
         if isinstance(other, Opaque) and known and other.fits(memory.pointer.V):
             return memory.pointer
         if isinstance(whole, Row) and whole.element == other and not rest:
-            # Back to the original type.
+            # The pointer gets its original type back, so no view is needed.
             return Item(memory.pointer.V, view.at_ // other.size)
         if whole == other and not view.at_:
             return memory.pointer
@@ -254,7 +254,7 @@ def _recast(pointer: Any, own: Layout, other: Layout) -> Any:
 
 
 def _address(pointer: Any) -> int:
-    """Return the number of a pointer: 0 for NULL; raise MemoryAccessError for any other."""
+    """Return 0 as the number of the null pointer; raise MemoryAccessError for other pointers."""
     if pointer is _NULL:
         return 0
     raise MemoryAccessError(
@@ -328,7 +328,10 @@ def _unlike(one: Any, other: Any, layout: Layout) -> bool:
 
 
 def _base(memory: Any) -> tuple[int, Any]:
-    """Return a key of a variable's memory; it is equal for all views of the same variable."""
+    """Return a key that identifies a variable's memory.
+
+    All views of one variable have the same key.
+    """
     if not isinstance(memory, Held):
         return id(memory), None
     pointer = memory.pointer
@@ -339,7 +342,7 @@ def _base(memory: Any) -> tuple[int, Any]:
 
 #: First step of the path to a variable made by `__NEW`; no program instance has this name.
 _MADE = "__NEW"
-#: The names that generated code can use.
+#: The functions and classes for pointers that generated code can use, by name.
 NAMES: dict[str, Any] = {
     "recast": _recast,
     "order": _order,
@@ -515,7 +518,7 @@ class Holders:
         return self._at(saved)
 
     def path(self, pointer: Any) -> str:
-        """Return the path of a pointer's target; empty for NULL, `?` if it is not a variable."""
+        """Return the path of a pointer's target; empty for NULL, `?` if the target has no path."""
         if isinstance(pointer, (_Null, _NoBlock)):
             return ""
         if isinstance(pointer, View):

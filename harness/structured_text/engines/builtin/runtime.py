@@ -37,7 +37,7 @@ class ProgramError(Exception):
 
 
 class MemoryAccessError(ProgramError):
-    """An access through a pointer, reference or interface without such a variable behind it."""
+    """An access through a pointer, reference or interface that refers to no suitable memory."""
 
     code = EXCEPTION_CODES["ACCESS_VIOLATION"]
 
@@ -91,14 +91,17 @@ def _inside(index: int, low: int, high: int) -> int:
 
 
 def _started(block: Any, values: tuple[tuple[str, Any], ...]) -> Any:
-    """Set some variables of a new block to other initial values, and return it."""
+    """Set some variables of a new block to the initial values of a declaration.
+
+    Return the block.
+    """
     for slot, value in values:
         setattr(block, slot, value)
     return block
 
 
 class _Uncalled:
-    """The value of a block's VAR_IN_OUT before the first call; any use raises ProgramError."""
+    """The value of a block's VAR_IN_OUT before the first call; each use raises ProgramError."""
 
     __slots__ = ()
 
@@ -132,7 +135,7 @@ def _ended(text: str) -> str:
 
 
 def _filled(target: Any, value: Any) -> None:
-    """Copy the value of a structure or array into another, without replacing any inner object."""
+    """Copy the value of a structure or array into another object; its inner objects remain."""
     if isinstance(target, list):
         for place, item in enumerate(value):
             if isinstance(item, list) or hasattr(item, "__slots__"):
@@ -376,7 +379,7 @@ def _time_of(moment: int) -> int:
 
 
 def _time_text(time: int) -> str:
-    """Return a duration as `T#1d2h3m4s5.6ms`; it ends at the last part that is not zero."""
+    """Return a duration as `T#1d2h3m4s5.6ms`; the text ends at the last part that is not zero."""
     sign, rest = ("-", -time) if time < 0 else ("", time)
     parts = []
     for size, unit in ((86_400, "d"), (3_600, "h"), (60, "m"), (1, "s")):
@@ -422,7 +425,7 @@ def _ltime_text(time: int) -> str:
     return f"{whole[: whole.index('s') + 1]}{'-' if time < 0 else ''}{digits}ms"
 
 
-# --- texts of CODESYS ---
+# --- numbers, durations and times as CODESYS writes them ---
 
 #: Units of a duration, from the largest [ns].
 _PARTS = (
@@ -437,12 +440,12 @@ _PARTS = (
 
 
 def _short_lreal_text(value: float) -> str:
-    """Return the fewest digits that give the same LREAL, with at least one behind the point."""
+    """Return the fewest digits that give the same LREAL; at least one is after the point."""
     return repr(value)
 
 
 def _short_real_text(value: float) -> str:
-    """Return the fewest digits that give the same REAL, with at least one behind the point."""
+    """Return the fewest digits that give the same REAL; at least one is after the point."""
     for digits in range(1, 9):
         text = f"{value:.{digits}g}"
         if c_float(float(text)).value == value:
@@ -504,5 +507,5 @@ NAMES: dict[str, Any] = {
     "trunc": math.trunc,
     "uncalled": _Uncalled(),
 }
-# The text of an LDATE, LTOD or LDT is that of the DATE, TOD or DT with an L before it.
+# The text of an LDATE, LTOD or LDT is an L and the text of the DATE, TOD or DT.
 NAMES |= {f"l{name}": _long(NAMES[name]) for name in ("date_text", "tod_text", "dt_text")}

@@ -31,7 +31,7 @@ class Value:
 
     Attributes:
         code: Python code, in parentheses if it needs them.
-        limits: Least and greatest value of an integer before it is wrapped; (0, 0) for others.
+        limits: Least and greatest value of an integer before it is wrapped; (0, 0) for other types.
         wide: Whether a REAL is in double precision and not rounded yet.
     """
 
@@ -71,7 +71,8 @@ JOINS = {"ADD": "+", "MUL": "*", "AND": "&", "OR": "|", "XOR": "^"}
 _BOOL_JOINS = {"AND": "and", "OR": "or", "XOR": "^"}
 _JOINING = ("CONCAT", "INSERT", "REPLACE")
 _STRINGS = ("LEFT", "RIGHT", "MID", "DELETE", *_JOINING)
-#: Functions of the third edition; the generated code calls functions of the same names.
+#: Functions of the third edition of IEC 61131-3; the generated code calls functions of the same
+#: names.
 _CALENDAR = (
     *("CONCAT_DATE", "CONCAT_TOD", "CONCAT_LTOD", "CONCAT_DT", "CONCAT_LDT", "DAY_OF_WEEK"),
 )
@@ -133,13 +134,14 @@ def standard_call(node: t.Standard, arguments: list[str], rules: Dialect) -> Val
         return of_type(f"({yes} if {select} else {no})", kind)
     assert name in (*_STRINGS, "MAX", "MIN", "LIMIT", "MUX"), name
     if name in _JOINING and isinstance(kind, ElementaryType) and kind.length is not None:
-        # The engine's functions cut texts at the length of a plain STRING unless `most` is given.
+        # Without `most`, the engine's functions cut texts at the length of a STRING without a
+        # length.
         arguments = [*arguments, f"most={kind.length}"]
     return of_type(f"{name.lower()}({', '.join(arguments)})", kind)
 
 
 def _member(node: t.Standard, argument: str) -> str:
-    """Return the code of the text of an enumeration's value: a member's name, or its number."""
+    """Return code that converts an enumeration to a text: a member's name, else the number."""
     kind = node.arguments[0].type
     assert isinstance(kind, EnumType)
     texts = dict(zip(kind.values or range(len(kind.members)), kind.members, strict=True))
@@ -147,7 +149,10 @@ def _member(node: t.Standard, argument: str) -> str:
 
 
 def _longest(node: t.Standard) -> int:
-    """Return the greatest length of the text arguments; for plain strings it is 128."""
+    """Return the greatest declared length of the text arguments.
+
+    If this length is at most STRING_MAX, the result is 128.
+    """
     lengths = [
         string_length(one.type) for one in node.arguments if isinstance(one.type, ElementaryType)
     ]

@@ -1,4 +1,4 @@
-"""Python code for checked POUs: one function each, with a map back to the source lines."""
+"""Python code for checked POUs: a function for each POU, and a map back to the source lines."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ class Writer:
 
     A block's function has the parameters `s`, its instance, and the VAR_IN_OUT variables.
     Structures and arrays are passed by reference, scalars are returned at the end. A call that
-    passes the same variable twice is refused. Therefore a program cannot observe the difference
-    from copying in and out.
+    passes the same variable twice is refused. Therefore a program has the same results as with
+    copies at the beginning and at the end of the call.
 
     Attributes:
         lines: The code.
@@ -103,13 +103,13 @@ class Writer:
         self._leave_pou()
 
     def _share(self) -> None:
-        """Store the VAR_IN_OUT that methods of the block use in the instance."""
+        """Write code that stores in the instance each VAR_IN_OUT that methods of the block use."""
         for symbol in self._pou.section("VAR_IN_OUT") if self._pou.block is not None else ():
             if symbol.shared:
                 self._emit(f"s.{symbol.name.upper()} = {symbol.name.upper()}")
 
     def _has_globals(self) -> bool:
-        """Return whether the code of a body or method uses `g`."""
+        """Return whether the code of a body or method uses the globals `g`."""
         pou = self._pou
         if pou.block is not None:
             return self._code.uses_globals(pou, pou.section("VAR_TEMP"))
@@ -119,7 +119,7 @@ class Writer:
         return needs_globals(pou.owner) or self._code.uses_globals(pou, own)
 
     def _input(self, symbol: t.Symbol) -> None:
-        """Write the code for an input of a method: its default without an argument, else a copy."""
+        """Write code that gives an input of a method a copy of its argument, or its default."""
         name = symbol.name.upper()
         created = self._storage.create(symbol.type, symbol.initial)
         if is_scalar(symbol.type):
@@ -166,7 +166,7 @@ class Writer:
         self._depth -= 1
 
     def _nothing(self) -> None:
-        """Write `pass` for an empty body of an IF, CASE or loop."""
+        """Write the Python statement `pass` for an empty body of an IF, CASE or loop."""
         self._emit("pass")
 
     def _statements(self, statements: tuple[t.Statement, ...]) -> None:
@@ -206,7 +206,11 @@ class Writer:
             self._leave_pou()
 
     def _leave_pou(self) -> None:
-        """Write the end of a call; the block holds a VAR_IN_OUT that is read outside of it."""
+        """Write the code for RETURN and the end of a POU.
+
+        If a VAR_IN_OUT of a block is read outside of the block, its last value is stored in the
+        instance.
+        """
         for symbol in self._pou.section("VAR_IN_OUT") if self._pou.block is not None else ():
             held = self._pou.symbols.get(f"{symbol.name}.{t.AFTER_CALL}".upper())
             if held is not None:
@@ -214,7 +218,7 @@ class Writer:
         self._emit(self._return())
 
     def _try(self, node: t.Try) -> None:
-        """Write a `__TRY` as a `try` of Python, which runs its parts in the order of CODESYS."""
+        """Write a `__TRY` as a Python `try` that runs the sections in the same order as CODESYS."""
         self._tries += 1
         self._emit("try:")
         self._inside(node.body)
@@ -233,7 +237,7 @@ class Writer:
             self._emit(f"    if r_: {self._return()}")
 
     def _inside(self, statements: tuple[t.Statement, ...]) -> None:
-        """Write the statements of a part of a `__TRY`."""
+        """Write the statements of one section of a `__TRY`."""
         self._depth += 1
         self._statements(statements)
         if not statements:
@@ -309,8 +313,8 @@ class Writer:
         self._emit("for _ in FUSE:")
         self._depth += 1
         if _continues(node.body):
-            # CONTINUE in a REPEAT goes on with the condition. The condition is therefore tested at
-            # the start of each round but the first.
+            # CONTINUE in a REPEAT jumps to the condition at its end. The condition is therefore
+            # tested at the start of each round but the first.
             self._emit(f"if _ and {self._code.exact(node.condition)}: break")
             self._statements(node.body)
             self._loop(node.at.line)
@@ -329,8 +333,8 @@ class Writer:
         self._depth += 1
         continues = _continues(node.body)
         if continues:
-            # CONTINUE in a FOR goes on with the next value. The step is therefore made at the start
-            # of each round but the first.
+            # CONTINUE in a FOR starts the next round with the next value. The step is therefore
+            # made at the start of each round but the first.
             self._emit("if _:")
             self._depth += 1
             self._step(node, counter)
@@ -431,7 +435,7 @@ def _continues(body: tuple[t.Statement, ...]) -> bool:
 
 
 def _may_wrap(node: t.For) -> bool:
-    """Return whether the counter can leave its type; constant bounds and steps can exclude it."""
+    """Return whether the counter of a FOR can exceed the range of its type."""
     low, high = INT_RANGE[type_name(node.counter.type)]
     if not isinstance(node.end, t.Constant) or not isinstance(node.step, t.Constant):
         return True

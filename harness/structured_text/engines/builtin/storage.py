@@ -59,7 +59,7 @@ def slot_name(name: str) -> str:
 
 
 def stored(symbols: Iterable[Symbol]) -> list[Symbol]:
-    """Return the variables that are stored in an instance of their block."""
+    """Return the variables of a block that are stored in its instances."""
     kept = ("VAR", "VAR_INPUT", "VAR_OUTPUT")
     return [item for item in symbols if item.section in kept and item.address is None]
 
@@ -90,7 +90,7 @@ class Storage:
         self._layouts: dict[str, str] = {}
 
     def layout(self, kind: Type) -> str:
-        """Return the name of the layout of a type."""
+        """Return the name that the layout of a type has in the generated code."""
         code = _layout_of(kind)
         if code not in self._layouts:
             self._layouts[code] = name = f"y{len(self._layouts)}"
@@ -119,7 +119,10 @@ class Storage:
         return f"s_{self._name(kind)}({', '.join(values)})"
 
     def _created(self, kind: Type, initial: Sequence[Any]) -> str:
-        """Return the code for the elements of an array; it is short if all elements are equal."""
+        """Return the code that makes the elements of an array.
+
+        Equal elements are made by a loop.
+        """
         first = initial[0]
         if not all(item is first for item in initial):
             items = [self.create(kind, item) for item in initial]
@@ -141,7 +144,7 @@ class Storage:
         return f"started({made}, ({pairs}))"
 
     def own(self, symbol: Symbol) -> str:
-        """Return a statement that replaces an argument of a function by a copy."""
+        """Return a statement by which a function replaces its argument by a copy."""
         name = symbol.name.upper()
         if _is_flat(symbol.type):
             return f"{name} = {name}[:]"

@@ -39,8 +39,8 @@ _RUNTIME = Path(__file__).with_name("runtime.c")
 _PROGRAM = re.compile(r"^\d+;([\w.]+);(\w+);$", re.MULTILINE)
 _GLOBAL = re.compile(r"^__DECLARE_GLOBAL(_FB|_LOCATED|)\((\w+),(\w+),(\w+)\)", re.MULTILINE)
 _GLOBAL_PLACE = re.compile(r"__INIT_GLOBAL_LOCATED\(\w+,(\w+),(\w+),")
-# The HEAD of matiec writes names of other globals in front of the macro, so the pattern also
-# matches inside a line.
+# The development version of matiec writes names of other globals in front of this macro, so the
+# pattern also matches inside a line.
 _LOCATED = re.compile(r"__LOCATED_VAR\((\w+),(\w+),")
 
 
@@ -115,14 +115,14 @@ class RefusedCodeError(Exception):
         super().__init__(reason)
 
 
-#: A place in a message of gcc or clang.
+#: Matches a file and a line in a message of gcc or clang.
 _C_PLACE = re.compile(r"([\w.]+\.[ch]):(\d+):")
 #: The first line of a function in the C code of iec2c; it has the name of its POU.
 _C_FUNCTION = re.compile(r"^[A-Za-z_]\w*[ *]+(\w+?)(?:_body__|_init__)?\(")
 
 
 def _where(reason: str, folder: Path) -> str:
-    """Return the name of the POU with an error in its C code; empty if the error is elsewhere."""
+    """Return the name of the POU whose C code has an error; empty if the error is elsewhere."""
     place = _C_PLACE.search(reason)
     file = folder / place[1] if place else None
     if place is None or file is None or not file.is_file():
@@ -133,7 +133,7 @@ def _where(reason: str, folder: Path) -> str:
 
 
 def _program_part(target: Path, wanted: Wanted) -> Iterator[str]:
-    """Yield the part of the runtime that depends on the program."""
+    """Yield the C code of the runtime that depends on the program."""
     places = dict(_located(target))
     regions: list[str] = []
     for kind, place in zip(places.values(), places, strict=True):
@@ -199,7 +199,7 @@ MISSING = "matiec not found: set RCX_MATIEC or PATH"
 #: (twice) and constant expressions as array limits.
 _OPTIONS = ("-f", "-l", "-p", "-r", "-R", "-a")
 
-#: Folders in which distributions install the library.
+#: Folders in which Linux distributions install matiec's library.
 PACKAGED = (Path("/usr/lib/matiec"), Path("/usr/share/matiec/lib"), Path("/usr/share/matiec"))
 
 _MESSAGE = re.compile(
@@ -220,10 +220,10 @@ class TranslationError(Exception):
     """The error for a text from which iec2c made no usable C.
 
     Args:
-        messages: Its errors with places in the text, in its order; empty if it crashed or
-            reported something else.
-        output: Its whole output.
-        status: Its exit status, negative for a signal.
+        messages: The errors of iec2c that have a line and column. Empty if iec2c crashed or
+            reported only something else.
+        output: The whole output of iec2c.
+        status: The exit status of iec2c; negative if a signal ended it.
     """
 
     def __init__(self, messages: list[Message], output: str, status: int) -> None:
@@ -301,10 +301,10 @@ def find_matiec() -> Matiec | None:
 
 
 def _library_places(*binaries: Path) -> Iterator[Path]:
-    """Yield the folders that may contain the library.
+    """Yield the folders that may contain matiec's library.
 
-    The order is: a build tree or OpenPLC (lib beside it), a prefix installation, then packages
-    (Beremiz).
+    First come a build tree and OpenPLC, with `lib` beside iec2c. Then come an installation under a
+    prefix, and the packages of distributions (Beremiz).
     """
     for folder in dict.fromkeys(binaries):
         yield folder / "lib"

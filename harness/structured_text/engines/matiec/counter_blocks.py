@@ -24,10 +24,10 @@ _OUTPUTS = ("CV", "Q", "QU", "QD")
 
 
 def other_counts(sources: Sources) -> Iterator[Hit]:
-    """Yield the places that read a result of a counter which may differ.
+    """Yield the places that read an output of a counter whose value may differ on matiec.
 
-    If the program reads no output of a counter, a test or an operator panel may read an output. In
-    this case the first call of the counter is yielded, unless CV cannot differ.
+    If the program reads no output of a counter, a test or an operator panel may read it. In this
+    case the first call of the counter is yielded. A counter whose CV cannot differ is left out.
     """
     if sources.counters == "preset":
         return
@@ -55,11 +55,14 @@ class _Counter:
         self.calls: list[tuple[t.Pou, t.CallBlock]] = []
         self.is_read = False
         self.is_steady = not elsewhere
-        """Whether no statement writes PV."""
+        """True if no statement writes the pin PV."""
         self._block = getattr(variable.type, "name", "").upper()
 
     def differs(self, pin: str, rule: str) -> bool:
-        """Return whether an output may differ on matiec, by the rule `counters` of the dialect."""
+        """Return whether an output may differ on matiec.
+
+        `rule` is the rule `counters` of the dialect.
+        """
         kind, _, number = self._block.partition("_")
         if kind == "CTD":
             return pin == "CV" and rule == "type" and INT_RANGE[number or "INT"][0] < 0
@@ -151,7 +154,7 @@ def _read(node: Any) -> list[tuple[t.Variable, str]]:
 
 
 def _is_counter(kind: object) -> bool:
-    """Return whether a type is a counter of the standard, not a block of the user with its name."""
+    """Return whether a type is a standard counter, and not a user's block with the same name."""
     if not isinstance(kind, BlockType) or not kind.name.upper().startswith(("CTU", "CTD")):
         return False
     return BLOCKS.get(kind.name.upper()) == kind

@@ -1,8 +1,8 @@
 """Reads of the counter of a FOR after the loop has ended.
 
-IEC 61131-3 leaves the value open. After the loop, matiec since June 2024 has the last value in the
-counter, and other engines have the value after the last one. After EXIT all engines have the same
-value.
+IEC 61131-3 leaves the value open. After the loop, the counter has the last value on matiec since
+June 2024. On other engines it has the value of one further step. After EXIT all engines have the
+same value.
 """
 
 from __future__ import annotations
@@ -21,12 +21,15 @@ _Stale = frozenset[int]
 
 
 def stale_reads(pou: t.Pou) -> Iterator[Hit]:
-    """Yield the statements that read the counter of an ended FOR before it gets a new value."""
+    """Yield the statements that read the counter of a FOR after the loop has ended.
+
+    A statement is left out if the counter has got a new value since then.
+    """
     if not any(isinstance(one, t.For) for one in nodes(pou.body)):
         return
     walk = _Walk(pou)
     after = walk.body(pou.body, frozenset())
-    # A block keeps its variables, so the next call may read a counter of this one.
+    # A block keeps its variables, so its next call may read a counter of the previous call.
     if pou.kind != "FUNCTION":
         temporary = {id(symbol) for symbol in pou.section("VAR_TEMP")}
         walk.body(pou.body, after - temporary)

@@ -114,7 +114,7 @@ class _Values:
                     changed = True
 
     def of(self, pou: t.Pou, one: t.Expression | _Key) -> _Value:
-        """Return the errors of a duration."""
+        """Return the possible errors that a duration has on matiec."""
         if isinstance(one, tuple):
             return self._known[one]
         if isinstance(one, t.Constant):
@@ -133,7 +133,7 @@ class _Values:
         return self._known[key] if key else _EXACT
 
     def converts_sum(self, pou: t.Pou, one: t.Standard) -> bool:
-        """Return whether a function converts a sum with 1000 ms, but not to REAL or LREAL."""
+        """Return whether a function converts a sum with 1000 ms to a type except REAL and LREAL."""
         source, _, target = one.name.partition("_TO_")
         return (
             source == "TIME"

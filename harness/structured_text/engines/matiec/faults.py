@@ -44,8 +44,8 @@ class Fault:
     """A fault of matiec.
 
     Attributes:
-        name: Key in the table.
-        construct: The construct of the program.
+        name: Name of the fault in `faults.toml`.
+        construct: The construct of the language that the fault concerns.
         effect: The behaviour of matiec, as a predicate.
         instead: What to write instead.
         refused: Whether the C code does not compile.
@@ -61,7 +61,7 @@ class Fault:
 
     @property
     def who(self) -> str:
-        """Return the name of matiec, with the versions that have the fault."""
+        """Return "matiec", with the affected versions if not all versions have the fault."""
         return {
             "all": "matiec",
             "new": "matiec since June 2024",
@@ -138,7 +138,10 @@ def places(project: Project, new: bool | None = None) -> list[Place]:
 
 
 def warnings(found: Iterable[Place]) -> list[Place]:
-    """Return one place for each fault and file; its detail lists the lines of the other places."""
+    """Return the first place for each fault and file.
+
+    Its detail lists the lines of the other places.
+    """
     groups: dict[tuple[Path, str], list[Place]] = {}
     for one in found:
         groups.setdefault((one.file, one.fault.name), []).append(one)

@@ -67,7 +67,7 @@ def own_expressions(one: t.Statement) -> list[Any]:
 
 
 def _place(pou: t.Pou, one: t.Statement, number: int) -> Position:
-    """Return the position of an expression: that of its statement, or of its ELSIF or UNTIL."""
+    """Return the position of the statement, ELSIF or UNTIL that contains an expression."""
     if (isinstance(one, t.If) and number) or isinstance(one, t.Repeat):
         for node in nodes(parse(Path(pou.file)).declarations):
             if isinstance(one, t.Repeat):

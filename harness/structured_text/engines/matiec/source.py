@@ -45,8 +45,8 @@ class SourceText:
 
     Attributes:
         text: The text for iec2c.
-        files: The files in it, in order.
-        starts: Line of the text at which each file starts, from 1.
+        files: The source files, in the order in which the text contains them.
+        starts: The line of the text at which each file starts; the first line is 1.
     """
 
     text: str
@@ -54,7 +54,7 @@ class SourceText:
     starts: tuple[int, ...]
 
     def place(self, line: int) -> tuple[Path, int]:
-        """Return the file, and the line in it from 1, for a line of the joined text."""
+        """Return the file, and the line in this file, for a line of the joined text."""
         index = bisect_right(self.starts, line) - 1
         file = self.files[index]
         return file, origin(file, line - self.starts[index] + 1, 1)[0]

@@ -108,7 +108,7 @@ class Member:
 
 
 def layout_expressions(types: Sequence[StructType | BlockType], dialect: Dialect) -> Iterator[str]:
-    """Yield the C expressions of the table that `Layout` reads, in its order."""
+    """Yield the C expressions of the table that `Layout` reads, in the order of the table."""
     for kind in types:
         name = dialect.type_name(kind)
         yield f"sizeof({name})"

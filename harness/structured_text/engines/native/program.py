@@ -113,7 +113,8 @@ class NativeProgram(OfProject):
         self._base = places[0]
         kinds: dict[str, Type] = dict(project.instances)
         kinds.update((variable.name, variable.type) for variable in project.globals.values())
-        # An engine may add regions behind these, so the lists differ in length.
+        # An engine may add regions after those of the instances and globals, so the lists differ in
+        # length.
         self._roots = {
             name: (kind, memory)
             for (name, kind), memory in zip(kinds.items(), self._regions, strict=False)
@@ -124,7 +125,10 @@ class NativeProgram(OfProject):
         self._first = self._contents()
 
     def check(self, library: ctypes.PyDLL) -> None:
-        """Check the loaded library before use; engines override it."""
+        """Check the loaded library before it is used.
+
+        Subclasses for an engine override this method.
+        """
 
     def instance(self: _P) -> _P:
         """Return another instance of the same program, in the state before the first scan."""
@@ -134,7 +138,7 @@ class NativeProgram(OfProject):
         """Run one base tick at PLC time `now_us` [µs].
 
         Endless loops are not ended. An index is checked only if the compiler's code does so. Raise
-        InputError if the program divides an integer by zero, or accesses memory of others.
+        InputError if the program divides an integer by zero, or accesses memory outside its own.
         """
         wrong = self._scan(now_us)
         if wrong is not None:
@@ -149,7 +153,10 @@ class NativeProgram(OfProject):
         return slot.codec.get(slot.memory, slot.at)
 
     def reader(self, paths: Sequence[str]) -> Callable[[], tuple[Value, ...]]:
-        """Return a function that reads these variables; see `engines.base.Program.reader`."""
+        """Return a function that reads the variables at `paths`.
+
+        See `engines.base.Program.reader`.
+        """
         slots = [self._slot(path) for path in paths]
         parts = [_reader(list(part)) for _, part in groupby(slots, lambda one: id(one.memory))]
         if len(parts) == 1:
@@ -157,7 +164,7 @@ class NativeProgram(OfProject):
         return lambda: tuple(chain.from_iterable([part() for part in parts]))
 
     def write(self, path: str, value: Value) -> None:
-        """Set `path`, whole or in part."""
+        """Write a value to `path`; see `engines.base.Program.write`."""
         slot = self._slot(path)
         slot.codec.put(slot.memory, slot.at, from_python(slot.type, value, slot.path))
 
@@ -251,8 +258,8 @@ class NativeProgram(OfProject):
 def _keep_pointers(memory: memoryview, theirs: bytes, ours: bytes, distance: int) -> None:
     """Set pointers into the instance's own memory to their first values.
 
-    At the start of two instances, a word with such a pointer differs by the distance of their
-    memories. Every other word is equal or differs by another amount.
+    A word is such a pointer if its first values in two instances differ by the distance between the
+    memories of these instances.
     """
     for at in range(0, len(ours) - _POINTER.size + 1, _POINTER.size):
         there, here = _POINTER.unpack_from(theirs, at)[0], _POINTER.unpack_from(ours, at)[0]
@@ -261,7 +268,7 @@ def _keep_pointers(memory: memoryview, theirs: bytes, ours: bytes, distance: int
 
 
 def _reader(slots: Sequence[_Slot]) -> Callable[[], tuple[Value, ...]]:
-    """Return a reader of variables in one memory; numbers are unpacked in a single call."""
+    """Return a function that reads variables in one memory; it unpacks numbers in a single call."""
     if all(one.codec.form for one in slots):
         packed = _packed_reader(slots)
         if packed is not None:
@@ -271,7 +278,7 @@ def _reader(slots: Sequence[_Slot]) -> Callable[[], tuple[Value, ...]]:
 
 
 def _packed_reader(slots: Sequence[_Slot]) -> Callable[[], tuple[Value, ...]] | None:
-    """Return a reader of numbers in one memory; None if two of them overlap."""
+    """Return a function that reads numbers in one memory; None if two numbers overlap."""
     memory = slots[0].memory
     order = sorted(range(len(slots)), key=lambda k: slots[k].at)
     start = end = slots[order[0]].at

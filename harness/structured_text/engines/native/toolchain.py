@@ -65,8 +65,8 @@ def _first(*names: str | None) -> str | None:
 def from_cache(compiler: str, parts: Sequence[str], make: Callable[[], bytes]) -> bytes:
     """Return a shared object from the cache, or the result of `make`, which is then cached.
 
-    The key of the cache includes the compiler's version, the flags and the files of this folder.
-    The result depends on `compiler` and `parts`.
+    The key of the cache is a hash of `parts`, the compiler's version, the flags and the files of
+    this folder. `parts` must contain every other input of `make`.
     """
     folder = cache.folder()
     if folder is None:
@@ -85,8 +85,8 @@ def from_cache(compiler: str, parts: Sequence[str], make: Callable[[], bytes]) -
 def compile_shared(compiler: str, options: Sequence[str], unit: Path) -> bytes:
     """Compile one file; the shared object is also left in the file's folder.
 
-    Raise CompilerError if the compiler reports an error. The file may include `faults.h`. The
-    options are the version of the language and the folders of its headers.
+    Raise CompilerError if the compiler reports an error. The file may include `faults.h`. `options`
+    are the version of the language and the folders of the headers.
 
     Returns:
         The contents of the shared object.

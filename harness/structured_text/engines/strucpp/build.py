@@ -41,7 +41,7 @@ _OF_GCC = ("-fno-gnu-unique",)
 _BLOCKS = "iec-standard-fb.stlib"
 _SCRIPT = Path("dist", "node", "cli.js")
 _OTHERWISE = "write it another way, or use --engine builtin"
-#: A place in one of the files for STruC++, as STruC++, g++ and clang++ write it.
+#: Matches a file and a line in a message of STruC++, g++ or clang++.
 _PLACE = re.compile(r"\bpart(\d+)\.st:(\d+)(?::(\d+))?:(?: error: (.*))?")
 _OFFSET = re.compile(r"at offset: (\d+)")
 
@@ -181,7 +181,7 @@ def _translate(project: Project, texts: Sequence[str], strucpp: Strucpp, folder:
 
 
 def _program_part(project: Project, layout: Sequence[str]) -> Iterator[str]:
-    """Yield the part of the runtime that depends on the program."""
+    """Yield the C++ code of the runtime that depends on the program."""
     if project.configured:
         name = next(unit.name for unit in project.units if unit.kind == "CONFIGURATION")
         yield f"static {NAMESPACE}::Configuration_{name.upper()} shim_configuration;"

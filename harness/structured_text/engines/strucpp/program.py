@@ -159,7 +159,8 @@ class _Dialect:
 def _string_codec(size: int) -> Codec:
     """Return the codec of a STRING.
 
-    In memory it is: the characters, a zero, the length in two bytes, then flag and forced value.
+    In memory, a STRING has the characters, a zero, the length in two bytes, the flag for a forced
+    variable, and the forced value.
     """
     length_at = (size - _LENGTH.size) // 2 - _LENGTH.size
 

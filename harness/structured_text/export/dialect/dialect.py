@@ -34,16 +34,17 @@ class Dialect:
     """The words of a tool.
 
     Attributes:
-        listed: The name of its list of functions and blocks, in the folder `words`.
+        listed: The name of the tool's list of functions and blocks, in the folder `words`.
         types: Names of elementary types in the tool's tables. The tool does not have the missing
             types.
         array: The form of an array in the tool's tables, with `{element}` and `{bounds}`.
-        words: Types with another name in statements, in typed literals and conversions.
-        enumerations: Whether the tool has enumerations; otherwise members are numbers of type INT.
-        bytes: Whether the tool has BYTE; otherwise a BYTE is a WORD with an upper half of 0.
+        words: The tool's names of types in statements (typed literals, conversions), if they
+            differ.
+        enumerations: Whether the tool has enumerations; otherwise their members become INT numbers.
+        bytes: Whether the tool has BYTE; otherwise a BYTE becomes a WORD with an upper half of 0.
         refused: Names of variables that the tool refuses.
-        arguments: Conversion of each argument of a standard function; "" for none.
-        results: Conversion of a standard function's result.
+        arguments: By standard function, the conversion of each argument; "" if none is needed.
+        results: By standard function, the conversion of the result.
     """
 
     tool: str
@@ -63,28 +64,28 @@ class Dialect:
         return words(self.listed)
 
     def name(self, text: str) -> str:
-        """Return the name of a variable, pin or field in the tool."""
+        """Return the tool's name for a variable, pin or field."""
         return f"{text}{_SUFFIX}" if self.refused.fullmatch(text.upper()) else text
 
     def word(self, kind: str) -> str:
-        """Return the name of an elementary type in statements."""
+        """Return the tool's name for an elementary type in statements."""
         found = "WORD" if kind == "BYTE" and not self.bytes else kind
         return self.words.get(found, found)
 
     def typed(self, text: str) -> str:
-        """Return a typed literal such as `UINT#1`."""
+        """Return a typed literal such as `UINT#1`, in the tool's form."""
         kind, _, value = text.partition("#")
         return text if kind.upper() in _MOMENTS else f"{self.word(kind.upper())}#{value}"
 
     @property
     def mask(self) -> str:
-        """Return the mask of the lower half of a WORD."""
+        """Return the tool's literal for the mask of the lower half of a WORD."""
         return f"{self.word('WORD')}#16#00FF"
 
 
 @dataclass(frozen=True)
 class Function:
-    """A function of the sources.
+    """A function that the sources declare.
 
     Attributes:
         defaults: Values of omitted arguments in the order of the parameters, by upper-case name.
@@ -146,7 +147,7 @@ class Names:
         return self.dialect.typed(text) if kind.name in _BITS else text
 
     def member(self, text: str) -> str:
-        """Return a member of an enumeration."""
+        """Return a member of an enumeration in the tool's form: its name, or its number."""
         kind, value, name = self.members[text.upper()]
         named = f"{kind.name.text}#{name}"
         return named if self.dialect.enumerations else f"{value} (* {name} *)"
@@ -166,15 +167,15 @@ class Names:
         return self.zero(one.spec) if value == zero(kind) else self.literal(value, kind)
 
     def is_byte(self, spec: s.TypeSpec | None) -> bool:
-        """Return whether a type is a BYTE that the tool does not have."""
+        """Return whether a type is BYTE and the tool does not have BYTE."""
         kind = self.base(spec)
         named = isinstance(kind, s.NamedSpec) and kind.name.key == "BYTE"
         return named and not self.dialect.bytes
 
     def trouble(self, part: Part, known: Collection[str]) -> str:
-        """Return why the tool does not support the variables of a part; empty if it does.
+        """Return why the tool does not support a declaration's variables; empty if it does.
 
-        `known` are types and blocks that are not elementary, in upper case.
+        `known` are the upper-case names of all types and blocks that declarations may use.
         """
         for one in _variables(part):
             kind = self.base(one.spec)
@@ -283,7 +284,7 @@ class _Body(Body):
         return f"({text} AND {self._dialect.mask})" if narrowed else text
 
     def _argument(self, key: str, place: int, first: int, last: int) -> str:
-        """Return an argument, converted if the tool's standard function has another type for it."""
+        """Return an argument; convert it if the tool's standard function needs another type."""
         text = self._run(first, last)
         wanted = self._dialect.arguments.get(key, ())
         plain = last == first + 1 and self._kind(first) == "INTEGER"
@@ -292,7 +293,10 @@ class _Body(Body):
         return f"{wanted[place]}({text})"
 
     def _primary(self, at: int) -> int:
-        """Return the index after a variable, a literal, a call or an expression in parentheses."""
+        """Return the index of the token after an operand.
+
+        An operand is a variable, a literal, a call or an expression in parentheses.
+        """
         if self._kind(at) == "LPAR":
             return self._closed(at)
         at += 1
@@ -301,7 +305,7 @@ class _Body(Body):
         return at
 
     def _byte(self, at: int) -> bool:
-        """Return whether an operand is a BYTE, in a tool without BYTE."""
+        """Return whether an operand is a BYTE and the tool does not have BYTE."""
         token, kind = self._found[at], self._kind(at)
         if self._dialect.bytes:
             return False
@@ -322,7 +326,7 @@ class _Body(Body):
         return kind == "IDENT" and self._names.is_byte(self._type(at))
 
     def _byte_of_standard(self, at: int) -> bool:
-        """Return whether a standard function with the type of its arguments gets a BYTE."""
+        """Return whether a standard function has a BYTE argument and a result of the same type."""
         key = self._found[at].upper()
         if key not in FUNCTIONS or FUNCTIONS[key].result != "T":
             return False

@@ -1,4 +1,4 @@
-"""Export as a folder for tools with tables of variables: a body and its tables for each POU."""
+"""Export to a folder with a body and tables for each POU, for tools with tables of variables."""
 
 from __future__ import annotations
 
@@ -34,7 +34,8 @@ class Row:
     Attributes:
         section: VAR_INPUT, VAR_OUTPUT, VAR_IN_OUT or VAR; RESULT of a function, FIELD of a
             structure, MEMBER of an enumeration.
-        initial: Its initial value; for a member its number; empty if there is none.
+        initial: The initial value of the variable, or the number of the member; empty if there is
+            none.
         retain: Whether the variable keeps its value when power is off.
     """
 
@@ -53,9 +54,9 @@ class Tool:
 
     Attributes:
         dialect: The words of the tool.
-        retained: Sections whose variables can keep their values when power is off.
-        tables: A function that returns the texts of a declaration's tables, by the end of their
-            names.
+        retained: The sections in which the tool has retained variables.
+        tables: A function that returns the texts of a declaration's tables. The keys are the ends
+            of the file names.
         readme: Instructions for the folder; `{renamed}`, `{order}` and the notes are inserted.
         notes: Texts about the library, by subject. They are used for subjects on which the library
             has no text.
@@ -119,7 +120,7 @@ class _Writer:
         self.carried = list(self._choose(sources))
 
     def _choose(self, sources: Sources) -> Iterator[Part]:
-        """Yield the parts that the tool supports; record why it does not support the others."""
+        """Yield the declarations that the tool supports; report all others with the reason."""
         known = {part.name.upper() for part in sources.parts} | set(BLOCKS)
         reasons = {
             part.name.upper(): self._names.trouble(part, known) or self._outside(part)
@@ -148,7 +149,7 @@ class _Writer:
         return reaching_out(part.node, "the tool")
 
     def files(self, part: Part) -> Iterator[tuple[str, str]]:
-        """Yield path and text of a declaration's files."""
+        """Yield path and text of each file for a declaration."""
         rows = list(self._rows(part))
         for ending, text in self._tool.tables(rows).items():
             yield f"{part.folder}/{part.name}{ending}", text
@@ -223,9 +224,9 @@ class _Writer:
 
 
 def _written(part: Part, dialect: Dialect) -> bool:
-    """Return whether a declaration has files.
+    """Return whether files are written for a declaration.
 
-    Named arrays have none, and enumerations only if the tool has them.
+    Named arrays have no files. Enumerations have files only if the tool has enumerations.
     """
     if not isinstance(part.node, s.TypeDecl):
         return True

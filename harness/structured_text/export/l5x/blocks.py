@@ -33,8 +33,8 @@ def standard_blocks() -> list[Aoi]:
 def _ton() -> Aoi:
     """Return TON, implemented with TONR.
 
-    TONR gets the highest preset and only counts the time; the code compares it with PT. Therefore
-    PT may change while the timer runs.
+    TONR gets the highest preset and only counts the time. The code compares this time with PT.
+    Therefore PT may change while the timer runs.
     """
     name = STANDARD_BLOCKS["TON"]
     return Aoi(

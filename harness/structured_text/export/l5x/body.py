@@ -67,7 +67,8 @@ class _Writer:
 
     A function sets its variables at the beginning of its logic, because a Logix tag keeps its value
     between calls. A block sets them in its Prescan routine. A structure, array or STRING is passed
-    by reference; for each such pin of an instance the caller has a companion tag. RETURN is not
+    by reference. For each such pin of an instance, the caller has a tag of its own (`companion`).
+    RETURN is not
     written: the code behind an `IF … THEN RETURN` moves into an IF with the opposite condition.
     """
 
@@ -80,7 +81,7 @@ class _Writer:
         self._aoi = Aoi(check_name(pou.name), part.header)
 
     def aoi(self) -> Aoi:
-        """Return the translated POU; an error gets the position of the current statement."""
+        """Return the translated POU; an error has the position of the statement that causes it."""
         try:
             return self._aoi_of_pou()
         except NotCarriedError as error:
@@ -113,7 +114,7 @@ class _Writer:
     def _first_scan(self) -> None:
         """Add the statements that set the initial values of a program in its first scan.
 
-        A program has no Prescan routine, so it calls an instruction that has a Prescan routine.
+        A program has no Prescan routine, so it calls an instruction that has one.
         """
         aoi = self._aoi
         aoi.locals.append(Tag(f"{FIRST_SCAN}_1", Data(FIRST_SCAN), "Local", is_block=True))
@@ -174,7 +175,11 @@ class _Writer:
     # --- initial values -------------------------------------------------------------------
 
     def _cleared(self) -> Iterator[str]:
-        """Yield lines that reset variables at each call: in a function all, else temporary ones."""
+        """Yield lines that reset variables at the beginning of each call.
+
+        In a function, these are the result and all variables; in a block, the temporary
+        variables.
+        """
         function = self._pou.kind == "FUNCTION"
         first = self._pou.body[0] if self._pou.body else None
         at_once = first.target if isinstance(first, t.Assign) else None
@@ -187,9 +192,10 @@ class _Writer:
                 yield from self._begun(symbol)
 
     def _initialised(self) -> Iterator[str]:
-        """Yield lines that set all variables but inputs to their initial values at the start.
+        """Yield lines that set variables to their initial values at the start.
 
-        In a program, variables that it does not write are not set, because they come from outside.
+        Inputs, VAR_IN_OUT, temporary and retained variables are not set. Variables that a program
+        never writes are not set either, because their values come from outside.
         """
         own = written(self._pou, self._pous) if self._pou.kind == "PROGRAM" else None
         retained = retain(self._part)
@@ -237,7 +243,7 @@ class _Writer:
         yield from (f"{path} := {value_text(value, kind)};" for path, value, kind in leaves)
 
     def _inputs(self, instance: str, block: BlockType) -> Iterator[str]:
-        """Yield lines that set the inputs of an inner block to their defaults."""
+        """Yield lines that set the inputs of a nested block instance to their defaults."""
         pou = self._pous.get(block.name.upper())
         for pin in block.variables:
             if pin.section == "VAR_INPUT" and not is_whole(pin.type):
@@ -293,7 +299,7 @@ class _Writer:
         return [line for one in body for line in self._statement(one, indent)]
 
     def _noted(self, one: t.Statement, indent: str) -> list[str]:
-        """Return the comments up to a statement's line that are not written yet."""
+        """Return the comments above and beside a statement that are not written yet."""
         lines = []
         while self._comments and self._comments[0][0] <= one.at.line:
             lines.append(f"{indent}(* {self._comments.pop(0)[1]} *)")
@@ -445,7 +451,7 @@ def copied(source: str, target: str, kind: Type, images: Images) -> str:
 
 
 def _comments(part: Part) -> list[tuple[int, str]]:
-    """Return the comments between statements with their lines in the file."""
+    """Return the comments between statements, each with its line in the file."""
     return [
         (part.line + part.body.count("\n", 0, one.start()), " ".join(one[1].split()))
         for one in _COMMENT.finditer(part.body)

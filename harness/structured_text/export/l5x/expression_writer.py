@@ -1,9 +1,9 @@
 """Expressions in the Structured Text of Logix, which cannot call user functions.
 
-Logix computes whole numbers in DINT. If an expression cannot contain an operation, statements in
-front (`before`) store its result in a temporary tag. No expression of the library has a side
-effect. Therefore neither this order nor the evaluation of both sides of AND and OR can change a
-result.
+Logix computes whole numbers in DINT. If Logix does not allow an operation inside an expression,
+statements before it (`before`) compute the result in a temporary tag. No expression of the library
+has a side effect. Therefore an earlier computation, or the evaluation of both sides of AND and OR,
+does not change a result.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ class ExpressionWriter:
     """The expressions of one POU.
 
     Attributes:
-        before: Statements that must precede the current one; the caller takes them with `take`.
+        before: Statements that must precede the current statement; `take` returns and removes them.
         temporaries: Names of the temporary tags with their types.
-        instances: Functions that are called, with the tag of their instruction.
+        instances: The called functions, each with the tag of its instruction.
     """
 
     def __init__(self, functions: Mapping[str, t.Pou], images: Images) -> None:
@@ -54,16 +54,16 @@ class ExpressionWriter:
         self.instances: dict[str, str] = {}
 
     def begin(self) -> None:
-        """Begin a new statement, in which all temporary tags are free."""
+        """Begin a new statement; it can use all temporary tags again."""
         self._used.clear()
 
     def take(self) -> list[str]:
-        """Return the statements that must precede the current one, and clear the list."""
+        """Return the statements that must precede the current statement, and clear the list."""
         found, self.before = self.before, []
         return found
 
     def text(self, node: t.Expression) -> str:
-        """Return an expression; for a STRING, its tag or a literal."""
+        """Return the code of an expression; for a STRING, the name of a tag or a literal."""
         if isinstance(node, t.Constant):
             return value_text(node.value, node.type)
         if isinstance(node, t.Use | t.Member | t.Index):
@@ -78,7 +78,7 @@ class ExpressionWriter:
         return self._standard(node)
 
     def variable(self, node: t.Variable) -> str:
-        """Return a variable as it is written or passed."""
+        """Return the code of a variable, to assign it or to pass it to an instruction."""
         if isinstance(node, t.Use):
             if node.symbol in self._bound:
                 return self._bound[node.symbol]
@@ -92,7 +92,7 @@ class ExpressionWriter:
         return f"{base}.{node.name}"
 
     def tag(self, node: t.Expression) -> str:
-        """Return a tag with the value of a STRING, as a parameter or the source of a copy."""
+        """Return a tag that contains the value of a STRING expression, to pass or copy it."""
         text = self.text(node)
         return self._kept("STRING", text) if isinstance(node, t.Constant) else text
 
@@ -315,13 +315,16 @@ class ExpressionWriter:
 
 
 def wrapped(text: str) -> str:
-    """Return an operand, in parentheses unless it needs none."""
+    """Return an operand, in parentheses if it needs them."""
     enclosed = bare(text) != text and not text.startswith("(*")
     return text if _SIMPLE.fullmatch(text) or enclosed else f"({text})"
 
 
 def fold(text: str, bits: int) -> str:
-    """Return the code of the signed number in the lowest bits of `text`, which occurs twice."""
+    """Return code that reads the lowest bits of a number as a signed number.
+
+    The code contains `text`, the code of the number, twice.
+    """
     low, sign = (1 << bits - 1) - 1, 1 << bits - 1
     return f"(({text} AND 16#{low:X}) - ({text} AND 16#{sign:X}))"
 

@@ -2,7 +2,8 @@
 
 Tags are BOOL, DINT, REAL, STRING, structures and arrays that begin at 0. A whole number or a bit
 pattern narrower than 32 bits is stored in a DINT by its value (a WORD as 0 to 65535), because Logix
-computes in DINT. Only the process images are arrays of SINT and INT, as in its scanner.
+computes in DINT. Only the process images are arrays of SINT and INT, as in the controller's
+scanner.
 """
 
 from __future__ import annotations
@@ -80,7 +81,7 @@ class NotCarriedError(Exception):
 
 @dataclass(frozen=True)
 class Data:
-    """The type of a tag: an array of `size` elements of `type`, or a single one if `size` is 0."""
+    """The type of a tag: an array of `size` elements of `type`, or one value if `size` is 0."""
 
     type: str
     size: int = 0
@@ -95,8 +96,9 @@ class Data:
 class Tag:
     """A parameter or tag.
 
-    `usage` is Input, Output, InOut or Local. `initial` is its first value as Structured Text, or
-    None if the controller's own zero is sufficient.
+    It belongs to an Add-On Instruction or a program. `usage` is Input, Output, InOut or Local.
+    `initial` is the first value as Structured Text; None if the controller's default, zero, is
+    sufficient.
     """
 
     name: str
@@ -134,7 +136,7 @@ class Aoi:
 
 
 def data_of(kind: Type, images: Images) -> Data:
-    """Return the type of the tag for a variable of this type, or raise NotCarriedError."""
+    """Return the tag type for a variable type; raise NotCarriedError if there is none."""
     if isinstance(kind, EnumType):
         return Data("DINT")
     if isinstance(kind, StructType):
@@ -173,7 +175,7 @@ def _array(kind: ArrayType, images: Images) -> Data:
 def image_element(name: str, images: Images) -> str:
     """Return the type of the elements of a process image, or "" for another type.
 
-    The name of the type may have a prefix.
+    The name of the type may have a prefix of the option `--prefix`.
     """
     return next((one for image, one in images.items() if name.upper().endswith(image)), "")
 

@@ -1,8 +1,8 @@
 """Export for Rockwell L5X: structures as data types, functions and blocks as Add-On Instructions.
 
-The file is a component that Studio 5000 Logix Designer imports. It contains a PROGRAM with all it
-needs. Without a program, it contains an instruction that needs the whole library.
-docs/how-to/export.md describes the translation.
+The file is a component that Studio 5000 Logix Designer imports. It contains a PROGRAM with all
+types, functions and blocks that the program needs. Without a program, it contains an instruction
+that needs the whole library. docs/how-to/export.md describes the translation.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _ABOUT = (
 
 
 def to_l5x(sources: Sources) -> Output:
-    """Write the sources as one L5X file; `missing` lists the parts without a counterpart."""
+    """Write the sources as one L5X file; `missing` lists the declarations without a counterpart."""
     project = sources.project
     lost: list[Missing] = []
     arrays = {sources.names.byte_image: "SINT", sources.names.word_image: "INT"}

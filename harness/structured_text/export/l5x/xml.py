@@ -33,8 +33,9 @@ def document(
 ) -> str:
     """Return the whole file.
 
-    `target` is the kind of component to import: Program or AddOnInstructionDefinition. Each AOI
-    stands behind the AOIs that it uses. `rest` are the elements behind all AOIs.
+    `target` is the kind of component to import: Program or AddOnInstructionDefinition. Each Add-On
+    Instruction (AOI) is written after the AOIs that it uses. `rest` are the elements that follow
+    all AOIs.
     """
     head = _opened(
         "RSLogix5000Content",
@@ -93,8 +94,8 @@ def data_type(kind: StructType, header: str, notes: Mapping[str, str], images: I
 def aoi_element(aoi: Aoi, blocks: Mapping[str, Aoi], *, target: bool = False) -> str:
     """Return an Add-On Instruction.
 
-    `blocks` is for the initial values of nested instructions. `target` marks the component to
-    import.
+    `blocks` are the instructions by name; nested instructions get their initial values from them.
+    `target` marks the component to import.
     """
     inside = "\n".join(_inside(aoi, blocks))
     # Studio 5000 replaces an instruction of the project only if its edit time differs, so the time

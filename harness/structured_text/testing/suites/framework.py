@@ -1,6 +1,7 @@
 """A unit-test framework: its Structured Text, which is added to the program under test.
 
-The package that ships a framework describes it with `Framework`; this toolkit knows none.
+The package that ships a framework describes it with `Framework`; this toolkit itself contains no
+framework.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from structured_text.testing.suites.test_files import TestFiles
 
 __all__ = ["Framework"]
 
-#: Comments and texts. A name in them is not a namespace.
+#: Matches comments and texts. A name inside a comment or text is not a namespace.
 _APART = r"\(\*.*?(?:\*\)|\Z)|//[^\n]*|/\*.*?(?:\*/|\Z)|'(?:\$.|[^$'\n])*'|\"(?:\$.|[^$\"\n])*\""
 _CONFIGURATION = re.compile(r"\bCONFIGURATION\b", re.IGNORECASE)
 _PROGRAM = re.compile(r"\bPROGRAM\s+(\w+)(.*?)\bEND_PROGRAM\b", re.IGNORECASE | re.DOTALL)
@@ -83,8 +84,8 @@ class Framework:
     def added_to(self, files: SourceFiles) -> tuple[SourceFiles, dict[str, str]]:
         """Return the sources of a program together with the files of the framework that it needs.
 
-        Names that the program declares itself are not taken from the framework. The second value
-        is the title of each suite that a TEST file has, by its path.
+        The framework's declaration of a name is left out if the program declares the name itself.
+        The second value gives the title of each suite of a TEST file, by the path of the suite.
         """
         given, titles = TestFiles(self.case, dict(self.words)).sources(files.own)
         own = tuple(self._without_namespace(file) for file in given)

@@ -25,7 +25,7 @@ class Mocks:
     """The mocks of the test that runs; `end` removes them.
 
     Attributes:
-        path: Returns the path of the test's instance.
+        path: A function that returns the path of the test's instance.
     """
 
     def __init__(self, program: BuiltinProgram, path: Callable[[], str]) -> None:

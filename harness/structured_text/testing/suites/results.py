@@ -81,7 +81,7 @@ class Case:
 
     @property
     def duration_us(self) -> int:
-        """Return the virtual time from its beginning to its end [us]."""
+        """Return the virtual time from the beginning to the end of the test [us]."""
         return (self.began_us if self.ended_us is None else self.ended_us) - self.began_us
 
 

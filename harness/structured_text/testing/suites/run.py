@@ -85,7 +85,7 @@ def run_suites(
 
 @dataclass
 class _Seen:
-    """Repetitions of a failure: the number in the last cycle, and the most in any cycle."""
+    """How often a failure has occurred: in the last cycle, and in the cycle with most failures."""
 
     cycle: int = 0
     number: int = 0
@@ -263,7 +263,7 @@ class _Run:
         """Run a method of a suite; an error ends its test, and the method is not called again."""
         key = id(instance), name
         if (number := self._ended.get(key)) is not None:
-            if number:  # asserts behind the call also belong to the failed test
+            if number:  # asserts after the call also belong to the failed test
                 self.program.write(self.framework.test, number)
                 self.program.write(self.framework.failed, True)
             return False
@@ -288,7 +288,7 @@ class _Run:
                 self._begun_in_method = self._test()[0]
 
     def _erring(self) -> Case | None:
-        """Return the test that is called; None if there is none or the test is not selected."""
+        """Return the test that is being called; None without a test, or if it is not selected."""
         number: int = self._test()[0]
         if not number:
             return None
@@ -320,7 +320,7 @@ class _Run:
                 test.failures.append(failure)
 
     def _key(self, name: str) -> str:
-        """Return the key of a test; the tests of a TEST file may have the same name."""
+        """Return a key that identifies a test; tests of a TEST file may have the same name."""
         return f"{self.path()} {name}" if self.titles else name
 
     def _suite(self) -> Suite:
@@ -328,7 +328,7 @@ class _Run:
         return self._suites[number - 1]
 
     def path(self) -> str:
-        """Return the path of the suite that is called."""
+        """Return the path of the suite that is being called."""
         number: int = self._current()[0]
         return str(self._paths[number - 1])
 

@@ -146,7 +146,7 @@ class _File:
             yield self._case(name, start, setup, parts, teardown)
 
     def _parts(self, start: int, end: int) -> tuple[str, int, str, int]:
-        """Return the declarations and the statements of a part, each with its offset."""
+        """Return declarations and statements of SETUP, TEARDOWN or a test, with their offsets."""
         place = start
         while (found := _VARS.match(self._code, place, end)) is not None:
             place = found.end()
@@ -324,7 +324,10 @@ def _blanked(text: str) -> str:
 
 
 def _end(code: str, start: int, closed: str) -> int:
-    """Return the offset of the bracket or semicolon that ends an argument list; -1 without it."""
+    """Return the offset of the bracket or semicolon that ends an argument list.
+
+    The result is -1 if there is none.
+    """
     depth = 0
     for place in range(start, len(code)):
         letter = code[place]

@@ -15,7 +15,7 @@ _MOST_SHOWN = 10
 
 
 def results_text(results: Results) -> str:
-    """Return failed, unfinished and disabled tests, and a line with the figures."""
+    """Return a text with the failed, unfinished and disabled tests, and a line with the totals."""
     lines = [f"log: {message}" for message in results.messages]
     lines += [f"note: {note}" for note in results.notes]
     for suite, test in results.tests():

@@ -10,7 +10,7 @@ from rcx_harness import Cell
 
 @pytest.fixture
 def moving(cell: Cell) -> Cell:
-    """Return the cell, safe and started; the robot is on its way to the first part."""
+    """Return the safe and started cell while its robot moves to the first part."""
     cell["Main.CellSafe"] = True
     cell.run_until(lambda: cell["Main.Robot.SO.SO01_CpuOk"], within="1s")
     press(cell, "Main.Start")

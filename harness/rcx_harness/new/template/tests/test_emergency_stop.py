@@ -8,7 +8,7 @@ from panel import press
 from rcx_harness import Cell
 
 
-def test_an_open_safety_circuit_takes_the_servos_away_and_is_shown(moving: Cell) -> None:
+def test_an_open_safety_circuit_switches_the_servos_off_and_shows_a_fault(moving: Cell) -> None:
     moving["Main.CellSafe"] = False
     with moving.takes(scans=1):
         moving.scan()
@@ -19,7 +19,7 @@ def test_an_open_safety_circuit_takes_the_servos_away_and_is_shown(moving: Cell)
     assert moving["Main.Fault"] != 0
 
 
-def test_it_goes_on_only_after_acknowledge_and_start(moving: Cell) -> None:
+def test_the_cell_continues_only_after_acknowledge_and_start(moving: Cell) -> None:
     moving["Main.CellSafe"] = False
     moving.run("500ms")
     moving["Main.CellSafe"] = True
@@ -37,7 +37,7 @@ def test_it_goes_on_only_after_acknowledge_and_start(moving: Cell) -> None:
     moving.run_until(lambda: moving["Main.Parts"] == 1, within="10s")
 
 
-def test_the_robots_own_emergency_stop_is_a_fault_too(moving: Cell) -> None:
+def test_the_robots_own_emergency_stop_is_a_fault(moving: Cell) -> None:
     moving.inject("emergency_stop")
     moving.run("200ms")
     assert moving["Main.Stage"] == "CELL_FAULT"
@@ -52,12 +52,12 @@ STAGES = ["CELL_POWER_UP", "CELL_TO_PICK", "CELL_GRIP", "CELL_TO_PLACE", "CELL_R
 
 
 @pytest.mark.parametrize("stage", STAGES)
-def test_it_stops_the_cell_whatever_it_is_doing(cell: Cell, stage: str) -> None:
+def test_an_open_safety_circuit_stops_the_cell_in_every_stage(cell: Cell, stage: str) -> None:
     cell["Main.CellSafe"] = True
     cell.run_until(lambda: cell["Main.Robot.SO.SO01_CpuOk"], within="1s")
     cell["Main.Start"] = True
     cell.run_until(lambda: cell["Main.Stage"] == stage, within="10s")
-    cell.run("20ms")  # the movement is under way
+    cell.run("20ms")  # until the action of the stage has begun
     cell["Main.CellSafe"] = False
     cell.run_until(lambda: cell["Main.Stage"] == "CELL_FAULT", within="15s")
     assert cell["Main.Fault"] != 0

@@ -26,7 +26,7 @@ def test_nothing_restarts_when_the_link_is_back(moving: Cell) -> None:
     moving.run_until(lambda: moving["Main.Parts"] == 1, within="10s")
 
 
-def test_a_power_cycle_of_the_controller_is_survived(moving: Cell) -> None:
+def test_after_a_power_cycle_of_the_controller_the_cell_can_start_again(moving: Cell) -> None:
     moving.inject("power_cycle")
     moving.run_until(lambda: moving["Main.Stage"] == "CELL_FAULT", within="2s")
     moving.run("2s")

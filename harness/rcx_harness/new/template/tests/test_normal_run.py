@@ -36,7 +36,7 @@ def test_one_part_is_picked_at_point_1_and_placed_at_point_2(moving: Cell) -> No
     assert moving["Main.Parts"] == 1
 
 
-def test_parts_go_on_until_the_last_one_is_asked_for(moving: Cell) -> None:
+def test_the_cycle_repeats_until_the_last_part_is_requested(moving: Cell) -> None:
     for parts in (1, 2, 3):
         moving.run_until(lambda: moving["Main.Stage"] == "CELL_RELEASE", within="10s")
         moving.run_until(lambda: moving["Main.Stage"] == "CELL_TO_PICK", within="1s")
@@ -48,7 +48,7 @@ def test_parts_go_on_until_the_last_one_is_asked_for(moving: Cell) -> None:
     assert moving["Main.Parts"] == 4
 
 
-def test_start_counts_when_it_goes_down_and_only_when_idle(cell: Cell) -> None:
+def test_start_acts_when_it_is_pressed_and_only_in_an_idle_cell(cell: Cell) -> None:
     cell["Main.CellSafe"] = True
     cell.run_until(lambda: cell["Main.Robot.SO.SO01_CpuOk"], within="1s")
     assert cell["Main.Stage"] == "CELL_IDLE"
@@ -61,7 +61,7 @@ def test_start_counts_when_it_goes_down_and_only_when_idle(cell: Cell) -> None:
     assert cell["Main.Stage"] == "CELL_TO_PICK"
 
 
-def test_nothing_happens_while_the_cell_is_not_safe(cell: Cell) -> None:
+def test_start_has_no_effect_while_the_cell_is_not_safe(cell: Cell) -> None:
     cell.run("500ms")
     press(cell, "Main.Start")
     cell.run("2s")
@@ -70,5 +70,5 @@ def test_nothing_happens_while_the_cell_is_not_safe(cell: Cell) -> None:
 
 
 @pytest.mark.rcx(scan="20ms", rpi="20ms", jitter="5ms")
-def test_a_slow_plc_and_a_slow_network_do_it_too(moving: Cell) -> None:
+def test_the_cycle_also_works_with_a_slow_plc_and_a_slow_network(moving: Cell) -> None:
     moving.run_until(lambda: moving["Main.Parts"] == 1, within="20s")
