@@ -452,7 +452,10 @@ def test_statements_of_single_tools(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("dialect", ["openplc", "codesys", "tia"])
 def test_a_dialect_is_translated_as_on_the_engine(tmp_path: Path, dialect: str) -> None:
-    """The rules are TIME as a number, counters, both operands of AND, short integers, REAL / 0."""
+    """The rules of a dialect are translated as on the engine.
+
+    They are TIME as a number, counters, both operands of AND, short integers, and REAL / 0.
+    """
     variables = """
       VAR_INPUT A, B : INT; T : TIME; N : UINT; X, Y : REAL; P, Q, R, L : BOOL; W : BYTE; END_VAR
       VAR Up : CTU; Down : CTD; Both : CTUD; D : DINT; M : TIME; F, G : REAL; H : BOOL; END_VAR
