@@ -27,7 +27,9 @@ def example(build_cell: Build) -> Cell:
 
 
 def test_words_and_bits_are_exchanged_with_the_robot_program(example: Cell) -> None:
-    """The program has WAIT SI(20)=1, A%=SIW(2), SOW(2)=A% and SO(20)=1.
+    """Words and bits reach the robot program, and its outputs reach the PLC.
+
+    The program has WAIT SI(20)=1, A%=SIW(2), SOW(2)=A% and SO(20)=1.
 
     All images are images of words.
 

@@ -82,7 +82,7 @@ class Table:
             self.scan()
 
     def leave(self, robot: int) -> None:
-        """Reset Enable of a robot."""
+        """Set Enable of this robot's block to FALSE."""
         self[f"Lock{robot}.Enable"] = False
         self.scan()
 
@@ -347,7 +347,7 @@ def test_the_wait_for_the_area_ends_after_timeout() -> None:
     table = _table()
     table["Lock2.Timeout"] = "T#300ms"
     table.want(1, 2, 3)
-    table["Lock2.Timeout"] = "T#0s"  # sampled when Enable rose
+    table["Lock2.Timeout"] = "T#0s"  # Timeout was sampled when Enable rose
     assert table.scan(28) == "V* B B"
     assert table.scan() == "V* E B"
     assert table.error(2) == _NOT_GRANTED

@@ -439,7 +439,7 @@ def test_an_edge_before_callnumber_is_shown_does_not_acknowledge_it(engine: str)
     start(plc)
     plc.scan(5)
     assert (plc["Table.CallNumber"], plc["Table.Row"]) == (7, 1)
-    for acknowledge in (False, True, False, True):  # a contact bounces
+    for acknowledge in (False, True, False, True):  # edges of a bouncing contact
         plc["Table.Acknowledge"] = acknowledge
         plc.scan()
     plc.scan(5)

@@ -82,7 +82,7 @@ class _Watched:
             self.started = False
 
     def scan_until(self, name: str, most: int, *, value: bool = True) -> None:
-        """Scan until a variable is TRUE."""
+        """Run scans until this variable is TRUE."""
         for _ in range(most):
             if self.cell[f"Main.{name}"] is value:
                 return

@@ -49,7 +49,7 @@ class Bench(PlcBench):
         self._start = self.snapshot()
 
     def anew(self) -> Bench:
-        """Return to the initial state."""
+        """Reset the bench to its initial state."""
         self.restore(self._start)
         self.first = 2
         return self
@@ -77,12 +77,12 @@ class Bench(PlcBench):
 
     @property
     def strobe(self) -> bool:
-        """Return SI(20) from the written area."""
+        """Return the strobe, SI(20), from the area that the block has written."""
         return bool(self.image[34] & 1)
 
     @property
     def ticket(self) -> int:
-        """Return the ticket from the written area."""
+        """Return the ticket from the area that the block has written."""
         return self.words[3]
 
     @property

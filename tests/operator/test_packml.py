@@ -68,7 +68,7 @@ class _Bench(PlcBench):
         self.power_up()
 
     def put(self, state: str) -> None:
-        """Set this state without any request."""
+        """Put the block into this state without a command."""
         self["PackMl.StateComplete"] = self["PackMl.CmdChangeRequest"] = False
         self["PackMl.UnitModeChangeRequest"] = False
         self["PackMl.State"] = f"PACKML_{state}"
@@ -83,7 +83,7 @@ class _Bench(PlcBench):
 
     @property
     def state(self) -> str:
-        """Return the current state."""
+        """Return the current PackML state."""
         return str(self["PackMl.State"]).removeprefix("PACKML_")
 
 

@@ -30,7 +30,7 @@ class _Line:
         self.cell["Main.Change"] = False
 
     def scan(self, count: int = 1) -> None:
-        """Run scans, and record new states."""
+        """Run scans, and record each new PackML state."""
         for _ in range(count):
             self.cell.scan()
             state = str(self.cell["Main.PackMl.State"]).removeprefix("PACKML_")
@@ -44,7 +44,7 @@ class _Line:
             self.until(state)
 
     def until(self, state: str) -> None:
-        """Scan until this state."""
+        """Run scans until the cell is in this PackML state."""
         for _ in range(500):
             if self.seen[-1] == state:
                 return

@@ -254,7 +254,7 @@ def test_resume_continues_after_the_last_row_that_was_read(plc: PointsBench) -> 
     assert (plc["Backup.Number"], plc["Head"]["Count"]) == (13, 3)
     plc.refuses.clear()
     plc.sent.clear()
-    # the pins are no longer read
+    # the pins are not sampled after the edge
     assert plc.run("Backup", Resume=True, First=77, Count=2, Kind="DATA_SHIFTS", RobotNumber=9) == 0
     assert [words[:3] for words in plc.sent] == [[0x101, 0, n] for n in (13, 14, 15)]
     assert (plc["Head"], [plc.row(k) for k in range(1, 7)]) == whole

@@ -328,7 +328,10 @@ def test_whole_turns_of_the_shift_change_nothing_but_r(engine: str, turns: int) 
     x, y = -10 * math.cos(math.radians(30)) + 590, 1180 * math.cos(math.radians(30)) + 5
     assert position[:3] == pytest.approx([x, y, -5], abs=0.001)
     assert position[3] == pytest.approx(60 - 360 * turns, abs=0.001)
-    own["Shift"][:2] = [10.0 - 600.0, 20.0 - 600.0]  # with axis 2 at 90 the flange is there
+    own["Shift"][:2] = [
+        10.0 - 600.0,
+        20.0 - 600.0,
+    ]  # position of the flange with axis 2 at 90 degrees
     joints, error = inverse([x, y, -5, 150 - 360 * turns], "HAND_RIGHT", engine, **own)
     assert error == 0
     assert joints == pytest.approx([0, 90, 0, 0, 0, 0], abs=0.002)

@@ -28,7 +28,7 @@ def _plc(engine: str = "auto", **pins: Any) -> PlcBench:
 
 
 def _ms(plc: PlcBench) -> float:
-    """Return the age [ms]."""
+    """Return the output Age [ms]."""
     age = plc["Position.Age"]
     assert isinstance(age, timedelta)
     return age / timedelta(milliseconds=1)

@@ -29,7 +29,7 @@ def _alone(block: str) -> Alone:
 
 
 def _pulse(alone: Alone) -> None:
-    """Set Execute for one scan."""
+    """Set Execute to TRUE for one scan."""
     alone["Block.Execute"] = True
     alone.scan(0)
     alone["Block.Execute"] = False

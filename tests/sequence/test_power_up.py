@@ -37,7 +37,7 @@ def _off(timeout: str = "T#300ms") -> PlcBench:
 
 
 def _give(plc: PlcBench, stage: str) -> None:
-    """Fulfil the condition of a stage."""
+    """Fulfil the condition that this stage waits for."""
     gift = _CONDITIONS[stage]
     if isinstance(gift, str):
         plc[gift] = True

@@ -248,7 +248,7 @@ def test_actions_are_recorded_and_become_a_stimulus(
     page: Page, scanner: Scanner, tmp_path: Path
 ) -> None:
     def got(selector: str) -> str:
-        """Return the content of a link's target."""
+        """Return the content of the address of this link."""
         script = """
           const [selector, done] = arguments;
           fetch(document.querySelector(selector).href).then((one) => one.text()).then(done);

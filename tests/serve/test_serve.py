@@ -69,7 +69,7 @@ def test_a_master_connects_is_served_and_leaves() -> None:
             scanner.write(b"\x05\x05" + bytes(30) + b"\x41" + bytes(15))
             assert served.wait_for("command: ReadPositionPulses").endswith("normal end")
             assert scanner.read().image[:2] == b"\x00\x02"
-            assert scanner.read().image[32] == 0x12  # SO(01) CPU_OK and SO(04) MP RDY
+            assert scanner.read().image[32] == 0x12  # bytes with SO(01) CPU_OK and SO(04) MP RDY ON
             scanner.close_connection()
             served.wait_for("the master has closed the connection")
             served.wait_for("Module Status green, flashing, Network Status red, flashing")

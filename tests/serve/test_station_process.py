@@ -15,7 +15,7 @@ from rcx_harness.serve.station import Station
 from rcx_harness.serve.station_process import REPORT_CYCLES, Channel, run
 from served import NetworkInMemory
 
-#: Longest wait for anything [s].
+#: Time limit of each wait in these tests [s].
 _PATIENCE_S = 60
 
 

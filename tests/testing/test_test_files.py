@@ -101,7 +101,7 @@ END_TEST
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
-    """Return the results of `_TESTS`."""
+    """Return the results of the test file `_TESTS`."""
     folder = tmp_path_factory.mktemp("files")
     (folder / "plant.st").write_text(_SOURCES)
     (folder / "test_plant.st").write_text(_TESTS)

@@ -90,7 +90,7 @@ def _run(folder: Path, text: str, **options: object) -> Results:
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
-    """Return the results of `_SUITE`."""
+    """Return the results of the test suite `_SUITE`."""
     return _run(tmp_path_factory.mktemp("suite"), _SUITE)
 
 

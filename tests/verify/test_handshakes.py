@@ -137,7 +137,7 @@ def _started(cell: Cell) -> Cell:
             "N%=SIW(2)\nWAIT SI(20)=1",
             "robot program MAIN reads SIW(2) in line 1 while SI(20) is OFF",
         ),
-        (  # broken in each iteration, but reported once
+        (  # the rule is broken in each iteration, but reported once
             "*L:\nN%=SIW(2)\nIF SI(20)=0 THEN GOTO *L",
             "robot program MAIN reads SIW(2) in line 2 while SI(20) is OFF",
         ),

@@ -87,7 +87,7 @@ LEGAL = [
     "XEI XEI EI - -",
     "XB XBA XEI EI - XB XC XC C - -",
     "XB XBA B B XBA XD D -",  # an edge while busy is ignored
-    "XB D XB XD -",  # it may start again at once
+    "XB D XB XD -",  # the block may start again at once
     "XB XD XD - -",
     "XB XEI EI XD -",
 ]

@@ -28,7 +28,7 @@ Check = Callable[..., list[str]]
 
 
 def of(call: str, robot: str) -> str:
-    """Return this call with another robot."""
+    """Return this call with the name of another robot."""
     return call.replace(":= Robot", f":= {robot}")
 
 

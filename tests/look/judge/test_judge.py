@@ -56,7 +56,7 @@ class Recording:
 
 
 class Verdict:
-    """The judgement of a recording."""
+    """The result of `rcx judge` for a recording."""
 
     def __init__(self, folder: Path, made: Recording | Story, **options: object) -> None:
         story = made.story if isinstance(made, Recording) else made
@@ -72,7 +72,7 @@ class Verdict:
 
     @property
     def text(self) -> str:
-        """Return the words of all findings."""
+        """Return the texts of all findings."""
         return "\n".join(one.text for one in self.result.findings)
 
     def times(self, what: str) -> tuple[int, int, int]:

@@ -61,7 +61,7 @@ class _Panel:
         return bool(self.program.read(f"Main.Panel.Key.{name}"))
 
     def shows(self, selector: str) -> str:
-        """Return a text of the page."""
+        """Return the text of the element with this selector."""
         script = "return document.querySelector(arguments[0])?.innerText ?? ''"
         return str(self.browser.execute_script(script, selector))
 

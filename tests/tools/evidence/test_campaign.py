@@ -37,7 +37,7 @@ TELEGRAM = (0x0100, 0, 19, *[0] * 13)
 
 @pytest.fixture(scope="module")
 def compiled() -> Iterator[Compiled]:
-    """Return the campaign's program."""
+    """Return the compiled program of the fault campaign."""
     found = compiled_campaign()
     yield found
     found.program.close()

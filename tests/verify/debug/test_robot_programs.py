@@ -36,7 +36,7 @@ def shaking(editor: Editor) -> Start:
 
 
 def _lines(editor: Editor, command: str, thread: int, times: int) -> list[int]:
-    """Repeat a command in a thread, and return the lines at which that thread stops."""
+    """Repeat a command (a step) in a thread, and return the lines where the thread stops."""
     found = []
     for _ in range(times):
         assert editor.go(command, thread)["threadId"] == thread

@@ -56,7 +56,7 @@ def cluster() -> Iterator[Any]:
 
 @pytest.fixture
 def farm(cluster: Any) -> Farm:
-    """Return a farm on the cluster."""
+    """Return a farm (pool of workers) on the cluster."""
     return Farm(cluster=Cluster(cluster.scheduler_address))
 
 

@@ -219,5 +219,5 @@ def test_terms_are_evaluated_as_the_solver_does() -> None:
         got = written.run([given[name] for name in written.inputs])
         for term, value in zip(terms, got, strict=True):
             expected = z3.simplify(z3.substitute(term, *pairs))
-            if z3.is_bv_value(expected):  # otherwise the result stays undetermined
+            if z3.is_bv_value(expected):  # otherwise the result is undetermined
                 assert value == expected.as_long(), (term, given)
