@@ -18,7 +18,7 @@ NO_BITS += [-1, -20, -27, 32767, -32768]
 
 
 def test_the_manuals_values_of_port_2() -> None:
-    """In the program, SI2() = 7Fh is 127. SO2() = 127 is 7Fh on the wire.
+    """Port 2 has the values of the manual: SI2() = 7Fh is 127, and SO2() = 127 is 7Fh on the wire.
 
     SO(20) = 1 is bit 0 of byte m + 34.
 

@@ -44,7 +44,7 @@ def test_the_manuals_values_of_words_and_double_words_to_the_robot() -> None:
 
 
 def test_the_manuals_values_of_words_and_double_words_from_the_robot() -> None:
-    """SOW(2) = 512 is 0200h. SOD(2) = 69905 is SOW(2) = 1111h and SOW(3) = 0001h.
+    """The manual gives SOW(2) = 512 for 0200h, and SOD(2) = 69905 for 1111h and 0001h.
 
     Source: manual chapter 3, 2.2, examples of WORD information.
     """
@@ -109,7 +109,9 @@ def test_an_extended_word_changes_nothing_beside_it(number: int) -> None:
 @pytest.mark.parametrize("kind", ["Word", "DoubleWord"])
 @pytest.mark.parametrize("number", [-32768, -2, 0, 1, 16, 17, 20, 22, 23, 128, 130, 32767])
 def test_words_of_commands_bits_and_the_reserved_area_are_refused(number: int, kind: str) -> None:
-    """SIW(23) would be the reserved bytes n + 46 and n + 47.
+    """Words of commands, of bits and of the reserved area are refused, such as SIW(23).
+
+    SIW(23) would be the reserved bytes n + 46 and n + 47.
 
     Source: manual chapter 1, 4.1, notes 1 to 3; chapter 5, 1, reserved area.
     """
@@ -235,7 +237,9 @@ def test_a_shared_word_is_valid_only_while_no_response_is_shown() -> None:
 
 
 def test_a_status_without_a_command_makes_the_shared_words_invalid_at_once() -> None:
-    """When a PLC starts, the controller may still show the status of the last command.
+    """A status without a command makes the shared words invalid at once.
+
+    When a PLC starts, the controller may still show the status of its last command.
 
     Source: guide chapter 1, 1.2: a status other than 0x0000 has a response beside it.
     """

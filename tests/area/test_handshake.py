@@ -144,7 +144,10 @@ def test_after_a_recovery_the_code_stays_0_for_an_interval() -> None:
 
 
 def test_a_status_that_falls_back_to_ready_without_an_end_is_an_error() -> None:
-    """The controller may restart without the scanner noticing it."""
+    """A status that returns to ready without an end status is an error.
+
+    The controller may have restarted without a lost connection.
+    """
     plc = _plc()
     plc.change("First.Execute", to=True, scans=2)
     plc.answer(0x0100, scans=2)
@@ -169,7 +172,9 @@ def test_after_a_status_without_end_the_code_stays_0_for_an_interval() -> None:
 
 
 def test_a_status_without_a_command_is_reset_before_the_first_command() -> None:
-    """A PLC that restarts reads the end status of its last command.
+    """A status without a command is reset before the first command.
+
+    A PLC that restarts reads the end status of its last command.
 
     Source: guide chapter 1, 1.2, code 0x0000: the status must be ready.
     """

@@ -64,7 +64,10 @@ def test_a_shared_word_is_the_one_that_was_read_with_the_status(
 def test_interval_and_margin_are_those_of_the_pins(
     twin: str, interval: int, margin: int, spacing: int
 ) -> None:
-    """SI(00) comes one spacing after the start of the PLC, and SI(06) one spacing after SI(00).
+    """Interval and margin are those of the pins of FB_WriteArea.
+
+    SI(00) turns ON interval plus margin after the start of the PLC, and SI(06) the same time after
+    SI(00).
 
     Source: manual chapter 5, 3.1, caution.
     """

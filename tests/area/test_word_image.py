@@ -129,7 +129,10 @@ def test_a_smaller_image_is_told_by_its_size_in_bytes() -> None:
 
 @pytest.mark.parametrize("size", [0, 47, -32768])
 def test_an_image_that_is_too_small_is_refused(size: int) -> None:
-    """A small image is refused even if its size minus the area's size does not fit into an INT."""
+    """An image that is too small is refused.
+
+    This holds even if the difference of the sizes overflows an INT.
+    """
     plc = AreasBench(m=0, n=0)
     plc.change("ReadArea.ImageSize", "WriteArea.ImageSize", to=size)
     assert plc["ReadAreaW.ErrorID"] == plc["WriteAreaW.ErrorID"] == 0x8031

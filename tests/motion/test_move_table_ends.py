@@ -230,9 +230,9 @@ def test_a_time_limit_leaves_the_row_shown_with_the_command_that_is_held() -> No
 
 
 def test_a_second_call_in_the_scan_of_an_error_sends_no_later_command() -> None:
-    """The table ends while its command waits for a command of another block.
+    """A second call in the scan of an error sends no command later.
 
-    The second call does not resume the table.
+    The table has ended while its command waited for a command of another block.
 
     Source: a rule of this library.
     """

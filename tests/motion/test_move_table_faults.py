@@ -231,7 +231,9 @@ def test_a_table_that_shows_another_row_at_a_fault_is_noticed() -> None:
 
 @pytest.mark.parametrize(("start", "travels"), [("keep", True), ("reset", False)])
 def test_a_stopped_relative_row_continues_as_configured(start: str, travels: bool) -> None:
-    """With Keep, the movement ends at its original target. With Reset, it repeats its distance.
+    """A stopped relative row continues as the controller is configured.
+
+    With the setting Keep, it ends at its original target. With Reset, it repeats its distance.
 
     Source: guide 4.2.2, notes.
     """

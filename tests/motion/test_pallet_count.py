@@ -155,7 +155,10 @@ def test_a_pallet_may_have_one_position(size: tuple[int, ...]) -> None:
 
 
 def test_a_size_that_becomes_illegal_is_refused_at_once() -> None:
-    """The block does not continue with the earlier sizes. Source: guide 4.3.3."""
+    """If a size becomes illegal, the block reports an error at once.
+
+    It does not continue with the earlier sizes. Source: guide 4.3.3.
+    """
     pallet = _Pallet((3, 2, 1))
     pallet.resize((0, 2, 1))
     assert pallet.shown == ("Error", 0x8045, 0, (0, 0, 0), 0)

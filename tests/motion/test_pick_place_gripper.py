@@ -60,7 +60,9 @@ def test_each_wired_input_confirms_a_state_of_the_hand() -> None:
 
 
 def test_after_an_error_both_outputs_are_read() -> None:
-    """The closing output is read first, even if reading the opening output had no answer.
+    """After an error, both outputs of the hand are read, the closing output first.
+
+    This holds even if reading the opening output had no answer.
 
     Source: guide 4.5.1, I/O port reference; head of FB_PickPlace
     """

@@ -193,7 +193,10 @@ def test_the_telegram_of_a_job(words: bool) -> None:
 
 
 def test_the_result_is_that_of_the_robot_program() -> None:
-    """The result is in SOD(4), SOW(6) and SOW(7). Source: chapter 1, 4.1; chapter 3, 2.2."""
+    """The result is the values of the robot program in SOD(4), SOW(6) and SOW(7).
+
+    Source: chapter 1, 4.1; chapter 3, 2.2.
+    """
     plc = _bench()
     plc.hand_over()
     plc.take()
@@ -478,7 +481,10 @@ def test_the_block_waits_for_a_program_that_still_has_an_abandoned_job() -> None
     ("shown", "ticket"), [(1, 2), (29_999, 30_000), (30_000, 1), (0x7FFF, 2768), (0xFFFF, 2768)]
 )
 def test_the_next_ticket_follows_the_shown_ticket(shown: int, ticket: int) -> None:
-    """Tickets are 1 to 30000, never 0. 32767 is 30000 + 2767, and the highest bit is ignored."""
+    """The ticket of a job follows the ticket that the robot program shows.
+
+    Tickets are 1 to 30000, never 0. 32767 counts as 2767, and the highest bit is ignored.
+    """
     plc = _bench()
     plc.show(ticket=shown)
     plc.hand_over()
@@ -561,9 +567,9 @@ def test_a_scan_without_a_call_ends_the_job() -> None:
 
 
 def test_words_beside_a_status_are_not_read() -> None:
-    """The controller shows a status that was not requested.
+    """While a status is shown, the words of the robot program are not read.
 
-    During a status, SOW(2) to SOW(7) do not belong to the robot program.
+    SOW(2) to SOW(7) then belong to a command. The controller shows a status that was not requested.
 
     Source: chapter 1, 4.1: shared words.
     """

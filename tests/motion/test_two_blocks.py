@@ -82,7 +82,11 @@ def _sent(bench: PartBench, count: int) -> None:
 def test_a_foreign_movement_between_two_commands_ends_the_block_before_the_hand_opens(
     engine: str,
 ) -> None:
-    """The hand opens only at the target, after the next Execute.
+    """If another block moves the robot between two commands, FB_PickPlace ends.
+
+    The hand stays closed.
+
+    The hand opens only at the target, after the next Execute.
 
     Source: design of the library, 3; head of FB_PickPlace
     """
@@ -100,7 +104,9 @@ def test_a_foreign_movement_between_two_commands_ends_the_block_before_the_hand_
 
 @pytest.mark.parametrize("name", _HARMFUL | _HAND)
 def test_a_command_that_moves_the_robot_its_points_or_the_hand_ends_the_work(name: str) -> None:
-    """The commands are sent between source and closing, and between target and release.
+    """A command that moves the robot, its points or the hand ends the work of FB_PickPlace.
+
+    It is sent between source and closing, and between target and release.
 
     Source: guide 4.2, 4.5.1, 4.6
     """
@@ -197,7 +203,7 @@ def test_a_start_input_that_turns_on_ends_the_block(signal: str) -> None:
 
 
 def test_a_robot_program_that_starts_ends_the_block() -> None:
-    """A robot program that has run since before the start does not end the block.
+    """A robot program that starts ends the block; a program that already runs does not.
 
     Source: manual chapter 5, 2.2: SO(13).
     """
@@ -262,7 +268,9 @@ def test_a_write_to_an_output_of_the_hand_is_detected_as_bit_and_as_port() -> No
 
 
 def test_a_second_block_of_several_commands_is_refused() -> None:
-    """The first block continues. The second may start in the scan in which the first ends.
+    """A second block of several commands on the same robot is refused, and the first continues.
+
+    The second may start in the scan in which the first ends.
 
     Source: docs/explanation/scan-model.md, two blocks on one robot
     """

@@ -61,7 +61,7 @@ def _end(plc: PlcBench, status: int = 0x0200) -> None:
 
 
 def test_start_powers_up_and_then_the_work_is_repeated() -> None:
-    """Run falls for a scan after each work.
+    """Start powers up the robot, then the work is repeated. Run falls for a scan after each work.
 
     Source: a rule of this library; servo on: chapter 5, 3.1.
     """
@@ -224,7 +224,10 @@ def test_after_a_stop_between_two_works_no_work_begins() -> None:
 
 @pytest.mark.parametrize("when", ["before", "meanwhile"])
 def test_after_a_stop_during_power_up_no_work_begins(when: str) -> None:
-    """A Start while Stop is TRUE has no effect. Source: a rule of this library."""
+    """After a Stop during power-up, no work begins. A Start while Stop is TRUE has no effect.
+
+    Source: a rule of this library.
+    """
     plc = _bench()
     plc["Bare.Stop"] = when == "before"
     _press(plc, "Bare.Start")

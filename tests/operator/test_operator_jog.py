@@ -251,7 +251,10 @@ def test_an_illegal_selection_is_reported(selection: dict[str, Any], error: int)
 def test_an_illegal_step_sets_no_value_and_the_next_press_is_accepted(
     selection: dict[str, Any], error: int
 ) -> None:
-    """Without Stepwise, the amount has no effect. Source: guide 4.2.8 and 4.2.14."""
+    """An illegal step is refused, sets no value, and the next press is accepted.
+
+    Without Stepwise, the amount of the step has no effect. Source: guide 4.2.8 and 4.2.14.
+    """
     plc = OperatorBench(Stepwise=True, **selection)
     plc.key("JogMinus", scans=20)
     assert plc.message == error

@@ -49,7 +49,9 @@ def plc(request: pytest.FixtureRequest) -> PointsBench:
 def test_the_checksum_is_the_crc_32_of_head_and_rows(
     plc: PointsBench, kind: str, robot: int
 ) -> None:
-    """The bytes are little endian: code and robot of the definition, First, then each row.
+    """The checksum is the CRC-32 of head and rows, in little endian.
+
+    The bytes are code and robot of the definition, First, then each row.
 
     Source: IEEE 802.3, as zlib has it; all bits inverted
     """

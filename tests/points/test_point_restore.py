@@ -246,7 +246,7 @@ def test_row_is_1_again_in_the_scan_of_done(plc: PointsBench, compares: bool, fi
 
 
 def test_a_comparison_names_every_row_that_differs(plc: PointsBench) -> None:
-    """A row is missing in the record, missing in the controller, or different."""
+    """A comparison reports every row that differs or is missing on one side."""
     record(plc, missing=11)
     assert plc.run("Restore") == 0
     plc.stored[0x100, 11] = list(POINT_100)
@@ -269,7 +269,10 @@ def test_a_comparison_names_every_row_that_differs(plc: PointsBench) -> None:
 
 
 def test_pallets_and_comments_are_compared_as_they_are_stored(plc: PointsBench) -> None:
-    """Zeros and spaces after a comment mean the same comment. Source: guide 4.3.2."""
+    """Pallets and comments are compared as the controller stores them.
+
+    A comment filled with zeros equals a comment filled with spaces. Source: guide 4.3.2.
+    """
     plc.stored[0x104, 3] = [0, 0, 0x4157, *[0x2020] * 7, 0, 0, 0, 0]
     assert plc.run("Backup", Kind="DATA_COMMENTS", First=3, Count=1) == 0
     plc.stored[0x104, 3] = [0, 0, 0x4157, *[0] * 11]

@@ -209,7 +209,10 @@ def test_mode_authority_alarm_and_power_have_their_buttons(page: Page, scanner: 
 def test_warning_main_power_safety_and_the_stop_of_the_parallel_io_have_their_buttons(
     page: Page, scanner: Scanner
 ) -> None:
-    """SO(15) is the warning. SO(04) MP RDY depends on the main power (manual chapter 5, 2)."""
+    """Warning, main power, safety input and the stop of the parallel I/O have buttons that work.
+
+    SO(15) is the warning. SO(04) MP RDY depends on the main power (manual chapter 5, 2).
+    """
     page.press('[data-event="warning"]')
     page.until(lambda: page.lamp("SO(15)") == "●", "SO(15) does not come ON")
     page.press('[data-event="warning_clear"]')

@@ -136,7 +136,10 @@ def test_a_recording_has_the_cycles_in_which_only_a_line_changes(tmp_path: Path)
 
 
 def test_rcx_view_shows_the_tasks_of_a_served_controller(tmp_path: Path) -> None:
-    """The trace is judged before it is viewed, and keeps its tasks."""
+    """`rcx view` shows the tasks of a served controller.
+
+    It judges the trace first, which keeps the tasks.
+    """
     file = tmp_path / "t.jsonl"
     host = _started(trace=Trace(_HEAD, file, keep=0, programs=[[_LISTING]]))
     host.station.finish()

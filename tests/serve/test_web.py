@@ -168,7 +168,10 @@ def test_each_server_has_another_token(hosts: list[ServedHost]) -> None:
 
 
 def test_outputs_are_held_forced_and_released(hosts: list[ServedHost], client: WebClient) -> None:
-    """SO(20) is bit 0 of byte m+34 (manual chapter 1, 4.1)."""
+    """The page can hold, force and release outputs of the controller.
+
+    SO(20) is bit 0 of byte m+34 (manual chapter 1, 4.1).
+    """
 
     def ask(**message: object) -> int:
         path = "/token/api/robots/0/outputs"

@@ -146,7 +146,7 @@ def test_a_whole_handshake_breaks_no_rule(cell: Cell) -> None:
 
 
 def test_a_continuous_output_may_be_ended_by_the_status_reset(cell: Cell) -> None:
-    """In continuous output mode the command stops at 0x0000 while the status is 0x0100.
+    """A continuous output may be ended by the status reset, while its status is 0x0100.
 
     Source: guide 4.7.4.
     """

@@ -100,7 +100,10 @@ def test_fit_reports_the_keys_on_which_a_short_recording_depends(values: dict[st
 
 @pytest.mark.exhaustive
 def test_a_difference_that_no_key_explains_is_reported() -> None:
-    """SO(12) is ON for 200 ms without SI(10). 600 ms later, a servo on takes 80 ms."""
+    """A difference that no key explains is reported: SO(12) is ON for 200 ms without SI(10).
+
+    600 ms later, a servo ON takes 80 ms, which a key explains.
+    """
     master = RecordedMaster(7, servo_on_delay=80.0)
     master.run(100)
     master.robot.force("SO12", 1)

@@ -46,10 +46,10 @@ def test_an_unknown_name_is_a_missing_library_only_with_a_declared_reference(
 @pytest.mark.parametrize(
     "body",
     [
-        "VAR A : INT; END_VAR\nA := TRUE;",  # no name is unknown, so no library is missing
+        "VAR A : INT; END_VAR\nA := TRUE;",  # no name is unknown
         "VAR A : INT; END_VAR\nA := TO_INT(X := 1);",
-        "VAR A : ARRAY [1..N] OF INT; N : INT; END_VAR\n;",  # error: a variable in place of a constant
-        "VAR A : INT; END_VAR\n__DELETE(A);",  # a keyword, which no library could declare
+        "VAR A : ARRAY [1..N] OF INT; N : INT; END_VAR\n;",  # a variable, not a constant
+        "VAR A : INT; END_VAR\n__DELETE(A);",  # a keyword of the language
     ],
 )
 def test_everything_else_is_a_gap_also_beside_a_reference(body: str, tmp_path: Path) -> None:

@@ -6,7 +6,10 @@ from rcx_tools.docs.view_picture import PICTURE, digest, digest_in, page
 
 
 def test_the_picture_shows_the_present_page() -> None:
-    """If this test fails, run `python -m rcx_tools.docs.view_picture`, which needs chromium."""
+    """The picture was generated from the present sources.
+
+    If this test fails, run `python -m rcx_tools.docs.view_picture`, which needs chromium.
+    """
     html = page()
     assert digest_in(PICTURE.read_bytes()) == digest(html)
     assert digest(html.replace("Theme", "theme", 1)) != digest(html)

@@ -549,7 +549,7 @@ def test_the_tests_of_a_seeded_bug_are_in_the_folders_of_the_changed_code(bug: B
 
 @pytest.mark.exhaustive
 def test_some_seeded_bugs_are_found(repository: Path) -> None:
-    """`make mutants` tries all of them."""
+    """Some seeded bugs are detected by their tests. `make mutants` tries all seeded bugs."""
     tasks = [
         MutantTask(bug.mutant(repository), (_QUICK_MUTANTS[bug.name],), 60.0, bug.name)
         for bug in _BUGS

@@ -97,7 +97,7 @@ def test_what_is_written_is_read_again(
 
 
 def test_the_table_has_all_names_that_users_can_use() -> None:
-    """The expected names are taken from the sources by hand."""
+    """The table has all names that users can use. The expected names were found by hand."""
     table = pins.now()
     assert table["FB_SequenceControl"] == [
         "VAR_IN_OUT Robot : RCX_REF",
@@ -142,7 +142,7 @@ def test_a_change_of_bounds_or_initial_values_is_detected(
 
 
 def test_a_release_has_its_table() -> None:
-    """A version is released if the changelog gives its date."""
+    """Each released version has a table of pins. It is released if the changelog has its date."""
     text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     for number, day in re.findall(r"^## (\d+\.\d+\.\d+) \((.+)\)$", text, re.MULTILINE):
         if day != "unreleased":

@@ -449,7 +449,7 @@ def test_playing_moves_the_line(browser: WebDriver, programmed: Path) -> None:
 
 @pytest.mark.parametrize("width", [400, 1280])
 def test_listings_fit_the_window(browser: WebDriver, programmed: Path, width: int) -> None:
-    """Long lines scroll in their listing and not with the page."""
+    """Listings fit the window: long lines scroll in their listing and not with the page."""
     size = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": False}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
     try:

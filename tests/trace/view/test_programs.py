@@ -70,7 +70,7 @@ def test_the_page_has_the_listings_and_the_line_of_each_text() -> None:
 
 
 def test_each_controller_has_its_own_listings() -> None:
-    """Two programs of the same name have their own lines."""
+    """Each controller has its own listings, even for two programs of the same name."""
     other = {"name": "PLACE", "lines": ["MOVE P,P1"]}
     page = _shown(
         _cycle(0, _task(1)),

@@ -41,7 +41,9 @@ def _page(*records: Record, **header: Any) -> str:
 
 
 def test_signals_are_lanes_with_the_manuals_names_and_their_changes() -> None:
-    """SI(00) is bit 0 of byte n+32, SO(02) bit 2 of m+32.
+    """Each signal has a lane with its changes and its name in the manual.
+
+    SI(00) is bit 0 of byte n+32, SO(02) is bit 2 of m+32.
 
     Source: manual chapter 5, 1.
     """
