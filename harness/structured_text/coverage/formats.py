@@ -31,9 +31,9 @@ def tracefile(
 ) -> str:
     """Return the tracefile of lcov, without items that are justified in the source.
 
-    Readers expect lines with statements. Therefore a block has the line of its first statement, and
-    a branch has the line of its IF, CASE or loop. With a `folder` paths are absolute. With `mcdc`
-    the tracefile includes conditions, which only lcov 2.2 and later can read.
+    Programs that read the file expect lines with statements. Therefore a block has the line of its
+    first statement, and a branch has the line of its IF, CASE or loop. With a `folder` paths are
+    absolute. With `mcdc` the tracefile includes conditions, which only lcov 2.2 and later can read.
     """
     lines = []
     for result in results:

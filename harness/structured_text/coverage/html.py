@@ -32,7 +32,7 @@ def pages(results: Sequence[FileResult], title: str) -> dict[str, str]:
 
 
 def _names(results: Sequence[FileResult]) -> dict[str, str]:
-    """Return the name of the page of each file."""
+    """Return the name of the HTML page for each source file."""
     names: dict[str, str] = {}
     taken = {"index.html"}
     for result in results:

@@ -204,7 +204,8 @@ class _Lister:
     def _words_of(self, node: t.If | t.Case) -> _Words:
         """Return the keyword lines of a node.
 
-        A latch such as `S=` is an IF without keywords; its statement gives the line of all of them.
+        A latch such as `S=` is translated to an IF without keywords. Then the line of the latch
+        stands in place of all keyword lines.
         """
         line = node.at.line
         return self._words.get((line, node.at.column)) or _Words([line], line, line)
@@ -212,7 +213,7 @@ class _Lister:
     def _bodies(
         self, node: t.If | t.Case, bodies: Sequence[tuple[t.Statement, ...]]
     ) -> Iterator[int]:
-        """Yield the counters of the bodies of an IF or CASE."""
+        """Yield the number of the counter of each branch of an IF or CASE."""
         blank = 0
         for body in bodies:
             yield self._plan.body(node, body, blank)
@@ -222,7 +223,7 @@ class _Lister:
         words = self._words_of(node)
         self._branches(node, self._ways_of_if(node, words))
         if (node.at.line, node.at.column) not in self._words:
-            return  # A latch `S=` is one statement.
+            return  # The generated assignment of a latch `S=` is not listed.
         for line, (condition, body) in zip(words.branches, node.branches, strict=True):
             number = self._plan.number.get(id(condition))
             if number is not None:

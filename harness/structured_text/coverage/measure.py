@@ -105,7 +105,7 @@ class Condition:
 
 @dataclass(frozen=True)
 class DecisionResult:
-    """A decision, its conditions, and the vectors in which it was evaluated, with outcomes.
+    """A decision, its conditions, and each evaluated vector of condition values with its outcome.
 
     `at` is the first line of the statement with the decision. `judge` describes the vectors.
     """
@@ -126,7 +126,8 @@ class FileResult:
         source: The lines of the file, by their numbers.
         pous: Name, line and number of calls of each function or block in the file.
         bodies: For each POU in `pous`, the sorted lines of its statements.
-        stale: Lines with a reason although everything on them was executed.
+        stale: Numbers of lines that are marked as unreachable although everything on them was
+            executed.
         changed: Whether the file has changed since the run, or counts of several versions exist.
         demands_mcdc: Whether MC/DC is required for the file.
         runs: The number of counters in the file.
@@ -146,7 +147,7 @@ class FileResult:
 
     @property
     def folder(self) -> str:
-        """Return the first part of its path."""
+        """Return the first folder in the displayed path of the file."""
         return self.path.partition("/")[0]
 
     @property

@@ -21,7 +21,7 @@ from structured_text.output.paths import real
 
 __all__ = ["ENGINE", "Outcome", "check_fail_under", "check_folder", "conclude", "write_report"]
 
-#: The reason, for messages, why coverage needs the built-in engine.
+#: The reason why coverage needs the built-in engine, as part of a message.
 ENGINE = "coverage is counted by the built-in engine"
 
 #: Marks at the beginning of each file of a report. Files without such a mark are not overwritten.
@@ -104,9 +104,9 @@ def write_report(
 ) -> list[Path]:
     """Write index.html, a page per file, coverage.lcov, mcdc.lcov (with MC/DC) and coverage.xml.
 
-    Pages of an earlier report that this one does not have are removed. Raise InputError if an
-    existing file is not from a report, or a file cannot be written. The folder is created. Paths of
-    the files are relative to `home`; lcov gets absolute paths if wanted.
+    The folder is created, and superfluous pages of an earlier report are removed. Paths of source
+    files are relative to `home`; with `absolute`, lcov gets absolute paths. Raise InputError if an
+    existing file is not from a report, or a file cannot be written.
 
     Returns:
         The first page, and the files for other tools.

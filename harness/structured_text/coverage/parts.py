@@ -20,7 +20,7 @@ Part = Mapping[str, Any]
 
 
 def part_of(collector: Collector) -> Part:
-    """Return the counts of a collector, with the texts of files that have not changed since."""
+    """Return the counts of a collector, with the texts of files unchanged since compilation."""
     made = deeply(lambda: _Part(collector.counted, collector.texts))
     return {
         "files": made.files,
@@ -67,7 +67,7 @@ class _Part:
         )
 
     def _add_text(self, one: CountedText) -> None:
-        """Add a program in another language."""
+        """Add the counts of a program in another language than Structured Text."""
         if not _is_unchanged(one.file, one.hash):
             self.changed.add(one.file)
             return
@@ -103,7 +103,7 @@ class _Part:
 
 
 def _is_unchanged(file: str, before: str) -> bool:
-    """Return whether a file exists and its content still has this hash."""
+    """Return whether a file exists and its content still has the hash `before`."""
     try:
         return hashlib.sha256(Path(file).read_bytes()).hexdigest() == before
     except OSError:
@@ -126,8 +126,8 @@ class Source:
     Attributes:
         lines: The text of the file, by line number.
         reasons: The reasons why lines are unreachable, by line number.
-        pous: The POUs by name and number of counters and decisions, which constants of other files
-            may change.
+        pous: The POUs. The key is the name with the numbers of counters and decisions, because
+            constants of other files may change these numbers.
     """
 
     lines: dict[int, str] = field(default_factory=dict)
@@ -139,7 +139,7 @@ class Merged:
     """The counts of all processes.
 
     Attributes:
-        files: The versions of each file by hash; a file that was changed has several.
+        files: The versions of each file by hash. A file that was changed has several versions.
         changed: Files that were changed or removed after they were compiled.
         elsewhere: Other engines that also ran programs, although they cannot count.
     """

@@ -30,7 +30,7 @@ class Gap:
 
 
 def totals(results: Sequence[FileResult]) -> dict[str, Share]:
-    """Return the shares of several files together."""
+    """Return the covered shares over all files."""
     return {
         "statements": sum((one.statement_share for one in results), Share()),
         "branches": sum((one.branch_share for one in results), Share()),
@@ -43,8 +43,8 @@ def totals(results: Sequence[FileResult]) -> dict[str, Share]:
 def gaps(results: Sequence[FileResult], *, justified: bool = False) -> list[Gap]:
     """Return uncovered items.
 
-    With `justified` these are the items that have a reason in the source, else the items without
-    one.
+    With `justified`, return only items that have a reason in the source, else only items without a
+    reason.
 
     A statement in a branch that was not taken is represented by the branch. A condition counts only
     if MC/DC is required for its file.
@@ -81,7 +81,7 @@ def _gaps(result: FileResult) -> Iterator[Gap]:
 
 
 def conditions(result: FileResult) -> Iterator[Gap]:
-    """Yield the conditions without MC/DC, and reasons for conditions that have it."""
+    """Yield the conditions without MC/DC, and superfluous reasons for conditions with MC/DC."""
     for decision in result.decisions:
         for one in decision.conditions:
             if not one.judged.masking:
@@ -121,7 +121,7 @@ def _counts(item: Item) -> bool:
 
 
 def total(results: Sequence[FileResult]) -> Share:
-    """Return the share of statements and branches together."""
+    """Return the covered share of all statements and branches together."""
     shares = totals(results)
     return shares["statements"] + shares["branches"]
 

@@ -72,8 +72,8 @@ def check_start(
     """Check the initial values that are known only at run time.
 
     These are initial values of pointers, references and interfaces, calculated values, and the
-    arguments of blocks. They become assignments. In a function or method these stand before its
-    body; a block gets the method `START` with them.
+    arguments of blocks. Each value becomes an assignment. In a function or method, the assignments
+    stand before the body. A block gets a method `START` with the assignments.
     """
     pou, statements = scope.pou, _Statements(scope, report)
     start = statements.block(starting(sections, scope))
@@ -81,7 +81,7 @@ def check_start(
         return
     if pou.block is None:
         pou.body = (*start, *pou.body)
-        if START in pou.words:  # the POU holds the start of a list of globals
+        if START in pou.words:  # this POU assigns the initial values of a list of globals
             scope.declarations.pous[pou.name.upper()] = pou
         return
     name = f"{pou.name}.{START.lower()}"
@@ -91,7 +91,7 @@ def check_start(
 
 
 class _Statements:
-    """The statements of one POU; `assigned` collects the written variables."""
+    """Checks the statements of one POU; `assigned` collects the written variables."""
 
     def __init__(self, scope: Scope, report: Callable[[InputError], None]) -> None:
         self._scope = scope
@@ -130,7 +130,7 @@ class _Statements:
         raise self._scope.error(message, node.at, hint)
 
     def _lowered(self, node: s.Statement | Start) -> Iterable[t.Statement]:
-        """Return a statement as one or several checked statements."""
+        """Check a statement, and return the checked statements that replace it."""
         if isinstance(node, s.AssignChain):
             return self._chain(node)
         if isinstance(node, (s.Assign, s.CallStatement)):
@@ -190,7 +190,7 @@ class _Statements:
         return isinstance(node, s.Call) and node.function.key == "__NEW" and "__NEW" not in known
 
     def _new(self, node: s.Assign) -> list[t.Statement]:
-        """Return the assignment of a new variable, and the call of its `INIT` with arguments."""
+        """Return the statements for `pointer := __NEW(…)`: assignment and call of `INIT`."""
         assert isinstance(node.value, s.Call)
         target = self._expressions.place(node.target)
         self._write(target)
@@ -208,7 +208,7 @@ class _Statements:
         calls = start_of(kind, instance, given or (), node.at, self._expressions)
         made = t.Same(
             "<>", target, t.Null(target.type), BOOL
-        )  # `__NEW` returns 0 without free memory
+        )  # `__NEW` returns 0 if no memory is free
         return [*found, t.If(((made, tuple(calls)),), (), node.at)]
 
     def _enabled(self, node: s.Assign | s.CallStatement) -> list[t.Statement] | None:
@@ -238,7 +238,10 @@ class _Statements:
         return [t.If(((condition, tuple(then)),), otherwise, node.at)]
 
     def _flag(self, argument: s.Argument | None, value: str) -> list[t.Statement]:
-        """Return the assignment of `value` to the target of `ENO => target`; empty without ENO."""
+        """Return the assignment of `value` to the target of `ENO => target`.
+
+        The result is empty if the call has no ENO.
+        """
         if argument is None:
             return []
         literal = s.Literal("BOOLEAN", value, argument.at)
@@ -248,7 +251,7 @@ class _Statements:
         return [self._assign(argument.value, literal, argument.at)]
 
     def _pins(self, call: s.Call | s.Invoke | s.CallStatement) -> frozenset[str]:
-        """Return the upper-case names of the variables of the called block, method or function."""
+        """Return the upper-case variable names of the called block, method or function."""
         callee = call.function if isinstance(call, s.Call) else call.callee
         callee = self._expressions.methods.bare(callee)
         method = self._expressions.methods.called(callee)
@@ -301,10 +304,10 @@ class _Statements:
         return target
 
     def _assign_part(self, to: s.Part, value: s.Expression, at: s.Position) -> t.Assign:
-        """Return the assignment of a whole variable in which one part is replaced by a value.
+        """Return the assignment that replaces a bit or part of a variable by a value.
 
-        AND with a mask preserves the other bits, and OR adds the part, shifted to its place. For a
-        single bit, SEL selects between both results, so that no conversion from BOOL is needed.
+        AND with a mask preserves the other bits. OR inserts the value, shifted to its position. For
+        a single bit, SEL selects between both results, so that no conversion from BOOL is needed.
         """
         self._target(to.base)
         base, bits, first, kind = self._expressions.part(to)
@@ -331,7 +334,7 @@ class _Statements:
         return t.Assign(base, changed, at)
 
     def _chain(self, node: s.AssignChain) -> list[t.Statement]:
-        """Return assignments from right to left.
+        """Return the assignments for `a := b := value;`, from right to left.
 
         The last target gets the value, and every other target gets the value of the next one.
         """
@@ -430,7 +433,7 @@ class _Statements:
         return [t.Evaluate(value, node.at)] if isinstance(value, t.CallMethod) else []
 
     def _is_later(self, callee: s.Variable, argument: s.Argument) -> bool:
-        """Return whether an output goes to a bit or a wider type."""
+        """Return whether an output is assigned to a bit, or to a variable of a wider type."""
         value = argument.value
         if isinstance(value, s.Part) or not isinstance(value, PLACES):
             return isinstance(value, s.Part)
@@ -453,8 +456,8 @@ class _Statements:
         counter = self._target(node.counter)
         kind = counter.type
         if isinstance(kind, EnumType) and isinstance(counter, (t.Use, t.Member, t.Index, t.Deref)):
-            # The loop counts in the base type. No other node records that the counter is an
-            # enumeration, so the note is made here.
+            # The loop counts in the base type of the enumeration. The tree does not show this, so
+            # the construct is noted here.
             self._scope.note("an enumeration as a number", node.counter.at)
             kind = ELEMENTARY[kind.base]
             counter = replace(counter, type=kind)
@@ -474,7 +477,7 @@ class _Statements:
         return t.For(counter, start, end, step, self._loop(node.body), node.at)
 
     def _start(self, node: s.Expression, kind: Type) -> t.Expression:
-        """Return the start of a FOR. SIMATIC AX silently converts a value of a wider type."""
+        """Check the start value of a FOR. SIMATIC AX silently converts a value of a wider type."""
         found = self._expressions.infer(node)
         wider = found != kind and type_name(found) in ANY_INT and type_name(kind) in ANY_INT
         if self._scope.registry.dialect.name != "ax" or not wider:
@@ -484,7 +487,7 @@ class _Statements:
         return self._expressions.converted(found_value, ELEMENTARY[type_name(kind)])
 
     def _step(self, node: s.Expression, kind: Type) -> t.Expression:
-        """Return the step of a FOR. An unsigned counter may also have a negative step."""
+        """Check the step of a FOR. An unsigned counter may also have a negative step."""
         found = self._expressions.fold(node)
         value = found.value if found is not None and not found.typed else 0
         if isinstance(value, int) and value < 0 and INT_RANGE[type_name(kind)][0] == 0:
@@ -533,14 +536,14 @@ class _Statements:
 
 
 class _BlockCalls:
-    """The block calls of one POU; `_Statements` uses it with its own expressions."""
+    """Checks the calls of blocks in one POU; `_Statements` uses this class."""
 
     def __init__(self, expressions: ExpressionChecker) -> None:
         self._expressions = expressions
         self._scope = expressions.scope
 
     def check(self, node: s.CallStatement) -> t.CallBlock:
-        """Type a call of a block instance.
+        """Check and type a call of a block instance.
 
         Raises:
             InputError: The variable is not a block instance, the arguments do not fit, or a
@@ -570,11 +573,10 @@ class _BlockCalls:
         return t.CallBlock(instance, block, tuple(inputs), tuple(in_outs), tuple(outputs), node.at)
 
     def base(self, node: s.CallStatement) -> t.CallBase:
-        """Type a call of the base block's body, `SUPER^()`.
+        """Check and type a call of the base block's body, `SUPER^()`.
 
-        The base block gets the same VAR_IN_OUT as the derived block. A method does not know them.
-
-        The base gets the VAR_IN_OUT of the derived block. In a method they are not known.
+        The base block gets the VAR_IN_OUT that were passed to the derived block. In a method these
+        are not known, so the call raises InputError if there are any.
         """
         if self._scope.pou.owner is not None:
             pins = self._scope.pou.owner.section("VAR_IN_OUT")
@@ -686,7 +688,10 @@ class _BlockCalls:
 
 
 def _path(variable: t.Variable) -> list[object]:
-    """Return the symbol, then each member name or index; None for an index that is not constant."""
+    """Return the path of a variable: its symbol, then each member name or index.
+
+    An index that is not constant is None.
+    """
     if isinstance(variable, t.Use):
         return [variable.symbol]
     if isinstance(variable, t.Member):

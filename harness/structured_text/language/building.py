@@ -41,7 +41,7 @@ def name_of(token: Token) -> s.Name:
 
 
 def nodes_of(children: Any, kind: Any) -> tuple[Any, ...]:
-    """Return the children that are of a syntax class; tokens and absent options are left out."""
+    """Return the children that are syntax nodes; tokens and absent options are left out."""
     return tuple(child for child in children if isinstance(child, kind))
 
 
@@ -54,7 +54,7 @@ def _is_text(label: s.Expression | s.Range) -> bool:
 def _any_of(
     selector: s.Expression, labels: tuple[s.Expression | s.Range, ...], at: s.Position
 ) -> s.Expression:
-    """Return the condition that a value is one of the labels of a CASE."""
+    """Return the condition that a text matches one of the labels of a CASE."""
     found: s.Expression | None = None
     for label in labels:
         if isinstance(label, s.Range):
@@ -68,7 +68,7 @@ def _any_of(
 
 
 def _join(operands: list[s.Expression], op: Token) -> None:
-    """Replace the last two operands by their operation."""
+    """Replace the last two operands in the list by the operation on them."""
     right, left = operands.pop(), operands.pop()
     word = op.upper()
     operands.append(s.Binary(_OPERATORS.get(word, word), left, right, position_of(op)))
@@ -151,7 +151,7 @@ class Statements(Transformer[Token, Any]):
         branches = nodes_of(rest, s.CaseBranch)
         if any(_is_text(label) for branch in branches for label in branch.labels):
             self.note("a CASE of texts", position_of(word))
-            # The condition of each label would call the function again.
+            # The selector is a function call, which the condition of each label would repeat.
             if isinstance(selector, (s.Call, s.Invoke)):
                 text = "a CASE of texts needs a variable"
                 hint = "assign the result to a variable first"

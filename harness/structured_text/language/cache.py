@@ -6,7 +6,7 @@ renamed, so that several processes may work at the same time.
 
 Loading an entry can execute code, because entries are pickled. Each entry is therefore signed with
 a key in another folder of the user. An entry with a wrong signature was written by another user or
-is damaged; it is ignored and made again.
+is damaged. Such an entry is ignored and made again.
 """
 
 from __future__ import annotations
@@ -51,9 +51,10 @@ _KEY_SIZE = _SIGNATURE_SIZE = 32
 
 _T = TypeVar("_T")
 _State = tuple[int, int, int, int, int]
-#: The digest of each file that was read, and the state of the file at that time.
+#: The digest of each file that was read, with the times, size and inode that the file had then.
 _digests: dict[str, tuple[_State, bytes]] = {}
-#: A file that changed more recently [ns] may change again without a different time stamp.
+#: Least age of a file [ns]. A file that changed more recently may change again without a new time
+#: stamp.
 SETTLED_NS = 2_000_000_000
 memory: dict[str, OrderedDict[str, Any]] = {}
 """The results cached in this process by kind, the latest used last."""
@@ -113,7 +114,7 @@ def _key() -> bytes:
                 return found
         place.parent.mkdir(parents=True, exist_ok=True)
         _replace(place, os.urandom(_KEY_SIZE))
-        return place.read_bytes()  # another process may have replaced it
+        return place.read_bytes()  # another process may have replaced the key
     except (OSError, RuntimeError):
         return os.urandom(_KEY_SIZE)
 
@@ -124,7 +125,7 @@ def _replace(file: Path, content: bytes) -> None:
         written.write(content)
     try:
         os.replace(written.name, file)
-    except OSError:  # fails on Windows while another process reads the file
+    except OSError:  # on Windows, this fails while another process reads the file
         os.unlink(written.name)
         raise
 
@@ -166,7 +167,7 @@ def _digest(path: Path) -> bytes:
 
 
 def file_state(name: str) -> _State | None:
-    """Return values that change when a file is written; None if there is no such file."""
+    """Return the times, size and inode of a file, which change when it is written, or None."""
     try:
         found = os.stat(name)
     except (OSError, ValueError):
@@ -182,7 +183,7 @@ def is_lasting(paths: Sequence[Path]) -> bool:
 
 @lru_cache(maxsize=1024)
 def _is_in(folder: Path, other: str) -> bool:
-    """Return whether a folder is another folder or below it; links are followed."""
+    """Return whether a folder equals another folder or is inside it; links are followed."""
     found, wanted = real(folder), real(other)
     return wanted in (found, *found.parents)
 
@@ -206,16 +207,19 @@ def remembered(kind: str, key: str, make: Callable[[], _T]) -> _T:
 
 
 def kept(kind: str, key: str, make: Callable[[], _T]) -> _T:
-    """Return the result of `make` for this key, cached in the folder; it must be picklable."""
+    """Return the result of `make` for this key, cached in the folder.
+
+    The result must be picklable.
+    """
     place = folder() if key else None
     if place is None:
         return make()
     entry = place / f"{key}.{kind}"
-    with suppress(Exception):  # missing or damaged: build it again
+    with suppress(Exception):  # the entry is missing or damaged: make the result again
         found: _T = pickle.loads(content(entry))
         return found
     made = make()
-    with suppress(OSError, RecursionError):  # the disk is full, or pickle cannot nest so deep
+    with suppress(OSError, RecursionError):  # the disk is full, or nested too deeply for pickle
         put(entry, pickle.dumps(made, protocol=5))
     return made
 

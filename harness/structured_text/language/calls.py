@@ -1,4 +1,4 @@
-"""The assignment of arguments to pins in calls of functions and blocks."""
+"""Assigns the arguments of a call to the pins of the function or block."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ __all__ = [
 def function_arguments(
     node: s.Call, pou: t.Pou, scope: Scope
 ) -> tuple[dict[str, s.Argument], dict[str, s.Argument]]:
-    """Return the arguments of a function of the sources by the name of their pin.
+    """Return the arguments in a call of a user's function, by the name of their pin.
 
     Returns:
         The arguments of VAR_INPUT and VAR_IN_OUT by upper-case name, and the targets of outputs by
@@ -45,7 +45,8 @@ def function_arguments(
     every = [*pins, *outputs.values()]
     unnamed = [one for one in node.arguments if one.name is None]
     are_named(node, scope)
-    # matiec accepts a call without arguments, and a single `EN := TRUE` has been removed before.
+    # matiec accepts a call without arguments. A single `EN := TRUE` has already been removed from
+    # the call.
     empty = pins and not node.arguments and scope.registry.dialect.name != "openplc"
     if len(unnamed) > len(every) or empty:
         message = f"{pou.name} takes {len(pins)} arguments, not {len(node.arguments)}"
@@ -90,7 +91,9 @@ def function_arguments(
 def standard_arguments(
     node: s.Call, signature: Signature, scope: Scope
 ) -> list[tuple[s.Argument, tuple[str, str]]]:
-    """Return the arguments in the order of the pins, each with its (name, type).
+    """Return the arguments of a standard function in the order of the pins, each with its pin.
+
+    A pin is a pair (name, type).
 
     Raises:
         InputError: The arguments do not fit.
@@ -146,7 +149,7 @@ _PIN_NAMES = {
 
 
 def block_arguments(node: s.CallStatement, block: BlockType, scope: Scope) -> dict[str, s.Argument]:
-    """Return the input and in-out arguments by upper-case pin name.
+    """Return the VAR_INPUT and VAR_IN_OUT arguments of a block call by upper-case pin name.
 
     Raises:
         InputError: The arguments do not fit.
@@ -187,7 +190,7 @@ def block_arguments(node: s.CallStatement, block: BlockType, scope: Scope) -> di
 
 
 def are_named(node: s.Call | s.Invoke | s.CallStatement, scope: Scope) -> bool:
-    """Return whether an argument is named.
+    """Return whether the arguments of a call are named; note a call that mixes both forms.
 
     An unnamed argument belongs to the pin at the same position in the list.
     """
@@ -197,7 +200,8 @@ def are_named(node: s.Call | s.Invoke | s.CallStatement, scope: Scope) -> bool:
     return any(named)
 
 
-#: Pins of every function and block in addition to the declared ones. They enable a call.
+#: Pins that every function and block has in addition to its declared pins. EN enables a call, ENO
+#: reports it.
 ENABLING = ("EN", "ENO")
 
 
@@ -230,7 +234,10 @@ def enabling(
 
 
 def without_true(node: s.Call, own: Collection[str]) -> s.Call:
-    """Return a call without `EN := TRUE`, which changes nothing; `own` are the pins."""
+    """Return a call without `EN := TRUE`, because this argument changes nothing.
+
+    `own` has the declared variables of the callee. A declared EN is not removed.
+    """
 
     def is_true(argument: s.Argument) -> bool:
         value, name = argument.value, argument.name
@@ -244,9 +251,7 @@ def without_true(node: s.Call, own: Collection[str]) -> s.Call:
 def refuse_enabling(node: s.Call | s.Invoke, own: Collection[str], scope: Scope) -> None:
     """Raise InputError if a call inside an expression has EN or ENO.
 
-    If EN is FALSE, such a call has no value, and PLC tools differ in how they continue.
-
-    If EN is FALSE, such a call has no value, and each tool continues with a different value.
+    If EN is FALSE, such a call has no value, and each PLC tool continues with a different value.
     """
     for argument in enabling(node, own, scope).values():
         assert argument.name is not None
@@ -267,6 +272,6 @@ def _no_pin(block: BlockType, name: s.Name, pins: list[Variable], scope: Scope) 
 
 
 def pin_of(block: BlockType, name: str) -> Variable | None:
-    """Return the variable of a block by its name, without case; None if there is none."""
+    """Return the variable of a block by its name, compared without case; None if there is none."""
     key = pin_name(block, name)
     return next((pin for pin in block.variables if pin.name.upper() == key), None)

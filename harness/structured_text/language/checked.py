@@ -23,7 +23,7 @@ def analysed(
     errors: list[InputError] = []
 
     def made() -> Project:
-        from structured_text.language.load import analyse  # imported late, because it is slow
+        from structured_text.language.load import analyse  # imported late: it is slow
 
         project, found = analyse(paths, most=most)
         errors.extend(found)

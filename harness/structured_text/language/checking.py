@@ -1,7 +1,7 @@
-"""Protocols of the expression checker that its parts use.
+"""Protocols of the expression checker, for the modules that check parts of expressions.
 
-They avoid import cycles: `functions`, `methods`, `operators` and `references` need the checker that
-contains them.
+The protocols avoid import cycles: the checker contains `functions`, `methods`, `operators` and
+`references`, and these modules use the checker.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Operating(Protocol):
     """The part of `operators.Operators` that other modules use."""
 
     def number(self, kind: Type) -> Type:
-        """Return the numeric type that calculations use for a value."""
+        """Return the numeric type with which a value of this type is calculated."""
 
     def common(self, one: Type, other: Type, op: str = "") -> Type:
         """Return the type that both operands are converted to."""
@@ -34,7 +34,7 @@ class Operating(Protocol):
     def binary(
         self, op: str, left: s.Expression, right: s.Expression, want: Type | None, at: s.Position
     ) -> t.Expression:
-        """Type an operator with two operands.
+        """Check and type an operator with two operands.
 
         `want` is the required type, `at` the position of the operator.
         """
@@ -47,20 +47,20 @@ class Referring(Protocol):
         """Return the target of a reference; return any other variable unchanged."""
 
     def wanted(self, node: s.Expression, want: ReferenceType | InterfaceType) -> t.Expression:
-        """Type an expression where a pointer, reference or interface is required."""
+        """Check and type an expression where a pointer, reference or interface is required."""
 
     def generic(self, node: s.Expression, want: StructType) -> t.Expression:
-        """Type the argument of an input that is ANY."""
+        """Check and type the argument of an input that is ANY."""
 
     def compared(
         self, op: str, left: s.Expression, right: s.Expression, at: s.Position
     ) -> t.Expression | None:
-        """Type the comparison of pointers or interfaces; return None for other operands."""
+        """Check and type a comparison of pointers or interfaces; None for other operands."""
 
     def moved(
         self, op: str, left: s.Expression, right: s.Expression, at: s.Position
     ) -> t.Expression:
-        """Type a pointer that is moved by some bytes."""
+        """Check and type a pointer that is moved by some bytes."""
 
 
 class Naming(Protocol):
@@ -81,36 +81,36 @@ class Checking(Protocol):
 
     @property
     def operators(self) -> Operating:
-        """Return the operators."""
+        """Return the checker of operators."""
 
     @property
     def references(self) -> Referring:
-        """Return the references."""
+        """Return the checker of pointers and references."""
 
     @property
     def methods(self) -> Naming:
-        """Return the calls of methods and the names with a namespace."""
+        """Return the checker of method calls and of names with a namespace."""
 
     def variable(self, node: s.Variable) -> t.Variable:
-        """Type a variable, member or element. A reference is replaced by its target."""
+        """Check and type a variable, member or element. A reference is replaced by its target."""
 
     def place(self, node: s.Variable) -> t.Variable:
-        """Type a variable, member or element. A reference is not replaced by its target."""
+        """Check and type a variable, member or element. A reference remains a reference."""
 
     def base(self, node: s.Variable | s.Call | s.Invoke) -> t.Variable:
-        """Type the base of a member, element or method."""
+        """Check and type the base of a member, element or method."""
 
     def is_variable(self, node: s.Name) -> bool:
-        """Return whether a bare name is a variable or a property."""
+        """Return whether a name without a path is a variable or a property."""
 
     def writable(self, node: s.Variable) -> t.Variable:
-        """Type a variable that is written."""
+        """Check and type a variable that is written."""
 
     def infer(self, node: s.Expression) -> Type | None:
         """Return the type that an expression has without its context; None for untyped numbers."""
 
     def check(self, node: s.Expression, want: Type | None) -> t.Expression:
-        """Type an expression in the required type."""
+        """Check and type an expression in the required type."""
 
     def converted(self, found: t.Expression, want: ElementaryType) -> t.Expression:
         """Return the expression converted to another type."""

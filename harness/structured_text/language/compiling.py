@@ -12,7 +12,8 @@ from typing import TypeVar
 
 __all__ = ["MOST_OPERATORS", "deeply", "uncollected"]
 
-#: Deepest nesting of operators, brackets and calls in an expression. A sum of n terms is n deep.
+#: Deepest nesting of operators, brackets and calls in an expression. A sum of n terms has a depth
+#: of n.
 MOST_OPERATORS = 10_000
 
 _STACK, _FRAMES = 256 << 20, 100_000
@@ -75,7 +76,7 @@ def uncollected() -> Iterator[None]:
 
 @dataclass
 class _Pauses:
-    """The pauses of all threads that have not ended yet."""
+    """The number of pauses that have not ended yet, in all threads."""
 
     lock: threading.Lock = field(default_factory=threading.Lock)
     count: int = 0

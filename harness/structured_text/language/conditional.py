@@ -26,7 +26,7 @@ _DEFINITION = re.compile(r"(\w+)(?:\s+'?([^']*)'?)?\s*")
 
 
 class ConditionError(Exception):
-    """A condition that cannot be evaluated; its text says why, its hint what to do."""
+    """The error for a condition that cannot be evaluated. The hint says what to write instead."""
 
     def __init__(self, message: str, hint: str = "") -> None:
         super().__init__(message)
@@ -37,7 +37,7 @@ class Conditions:
     """The definitions and open conditions at the current position in a source.
 
     Args:
-        note: A function that gets the undefined names that decide a condition.
+        note: A function that is called with each undefined name that a condition depends on.
     """
 
     def __init__(self, note: Callable[[str], None]) -> None:
@@ -62,7 +62,7 @@ class Conditions:
             self._define(word, rest)
             return end
         if word == "IF":
-            # If the condition cannot be evaluated, the entry stays. The {END_IF} then still finds
+            # The entry is added first. If the condition cannot be evaluated, {END_IF} still finds
             # its {IF}.
             self._open.append((offset, True))
             if self._is_true(rest):
@@ -74,7 +74,8 @@ class Conditions:
         if word == "END_IF":
             self._open.pop()
             return end
-        # {ELSIF} or {ELSE} behind a branch that has been read: the rest up to {END_IF} is skipped.
+        # An {ELSIF} or {ELSE} follows a branch that has been read: the text up to {END_IF} is
+        # skipped.
         return self._skipped(end, text)
 
     def _define(self, word: str, rest: str) -> None:

@@ -39,7 +39,7 @@ def configured_paths(
 
 
 class _Entry:
-    """The data of one entry of VAR_CONFIG while its path is resolved."""
+    """Resolves the path of one entry of VAR_CONFIG."""
 
     def __init__(
         self,
@@ -52,7 +52,7 @@ class _Entry:
         self._instances, self._declarations = instances, declarations
 
     def resolved(self) -> tuple[str, Type]:
-        """Return path and type of the variable, or raise InputError."""
+        """Return path and type of the variable that the entry names, or raise InputError."""
         entry, where = self._entry, self._where
         if entry.initial is not None:
             hint = "write it at the variable, or at the instance"
@@ -91,7 +91,10 @@ class _Entry:
         raise self._where.error("VAR_CONFIG needs the path of a variable", node.at, _SPELLING)
 
     def _root(self, steps: list[s.Name | s.Index]) -> tuple[str, BlockType]:
-        """Take the program from the steps; a RESOURCE or application before it is left out."""
+        """Take the program instance from the beginning of the path.
+
+        A RESOURCE or application before it is left out.
+        """
         for skipped, step in enumerate(steps[:3]):
             key = step.key if isinstance(step, s.Name) else ""
             named = [one for one in self._instances.items() if one[0].upper() == key]
@@ -107,7 +110,7 @@ class _Entry:
     def _step(
         self, path: str, kind: Type, step: s.Name | s.Index
     ) -> tuple[str, Type, str, str | None]:
-        """Return path, type, area and address of a member or element."""
+        """Return path, type, area and address after one more step of the path."""
         if isinstance(step, s.Index):
             return self._element(path, kind, step)
         pou = None

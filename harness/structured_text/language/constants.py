@@ -46,7 +46,7 @@ _CONVERTED = "an implicit conversion"
 #: Prefixes before a `#` that are not names of types.
 _SHORT = ("T", "D", "LT", "LD")
 
-#: A function that returns the constant of a name or path, or None if it is not a constant.
+#: A function that returns the constant which a name or path denotes; None for a variable.
 Lookup = Callable[[s.Expression], Constant | None]
 
 
@@ -160,7 +160,7 @@ def _retyped(found: Constant, kind: Type, at: s.Position, where: Declared) -> Co
 
 
 def _is_character(have: ElementaryType, kind: ElementaryType) -> bool:
-    """Return whether a STRING literal stands for a CHAR, or a WSTRING literal for a WCHAR."""
+    """Return whether a STRING literal is used as a CHAR, or a WSTRING literal as a WCHAR."""
     return (have.name, kind.name) in (("STRING", "CHAR"), ("WSTRING", "WCHAR"))
 
 
@@ -195,7 +195,7 @@ def constant(
     if isinstance(node, s.Name) and isinstance(kind, EnumType):
         if node.key in (one.upper() for one in kind.members):
             return member(kind, node, where)
-        if lookup(node) is None:  # not a constant: the variable is assigned at the start
+        if lookup(node) is None:  # not constant: assigned at the start of the program
             return _member_or_variable(kind, node, where)
     found = evaluate(node, types, where, lookup, detail)
     if isinstance(kind, EnumType) and _is_number_of(found, kind):
@@ -207,7 +207,7 @@ def constant(
 
 
 def _is_number_of(found: Constant, kind: EnumType) -> bool:
-    """Return whether an untyped number is a value of an enumeration.
+    """Return whether an untyped number may be used as a value of an enumeration.
 
     A strict enumeration takes only the values of its members.
     """
@@ -221,7 +221,10 @@ def _is_negative(node: s.Init) -> bool:
 
 
 def _converted(found: Constant, kind: Type, at: s.Position, where: Declared) -> Constant:
-    """Return a calculated or named constant; a number fits if its value does."""
+    """Return a calculated or named constant in the required type.
+
+    A number is accepted if its value is in the range of the type.
+    """
     value = found.value
     if found.type == kind:
         return found
@@ -246,7 +249,7 @@ class NotConstantError(InputError):
 
 
 def _member_or_variable(kind: EnumType, node: s.Name, where: Declared) -> Constant:
-    """Return a member of an enumeration; raise NotConstantError for another name."""
+    """Return a member of an enumeration; raise NotConstantError for any other name."""
     try:
         return member(kind, node, where)
     except InputError as error:
@@ -266,7 +269,7 @@ def evaluate(
     Args:
         node: The expression.
         types: Types of the project by upper-case name.
-        where: Its declaration, for messages.
+        where: The declaration that contains the expression, for messages.
         lookup: Finds named constants.
         detail: The role of a named constant here, for the note on portability.
 

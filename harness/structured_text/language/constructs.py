@@ -1,4 +1,4 @@
-"""Constructs beyond the portable subset, each with its name and the portable alternative.
+"""Constructs beyond the portable subset, with their names and portable alternatives.
 
 The built-in engine runs all of them. A tool that knows only the portable subset refuses a program
 with such a construct and names it.
@@ -16,9 +16,9 @@ from structured_text.language.syntax import Position
 
 __all__ = ["CONSTRUCTS", "TRANSLATED", "Use", "refuse"]
 
-#: Constructs that the checker translates to nodes which `prove` supports. Each has a name, and
-#: advice on what to write instead in a portable program. `prove` itself refuses the types,
-#: conversions and functions that it does not support.
+#: Constructs that the checker translates to nodes which `prove` supports. Each value is advice on
+#: what to write instead in a portable program. `prove` itself refuses unsupported types,
+#: conversions and functions.
 _TRANSLATED = {
     "a comment with // or /* */": "write (* ... *)",
     "a comment inside a comment": "end the outer comment first",
@@ -81,7 +81,7 @@ _TRANSLATED = {
     "the size of a block": "write the number",
 }
 TRANSLATED = frozenset(_TRANSLATED)
-#: All constructs.
+#: All constructs beyond the portable subset, each with advice on what to write instead.
 CONSTRUCTS = _TRANSLATED | {
     "an enumeration with values": "leave the values out",
     "an enumeration with a base type": "leave the base type out",

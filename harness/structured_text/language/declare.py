@@ -39,8 +39,7 @@ from structured_text.language.values import describe
 
 __all__ = ["Declarations", "Scope"]
 
-#: Portable sections of each kind of POU. `_ALSO` has the sections that are accepted but not
-#: portable.
+#: The portable sections of each kind of POU. `_ALSO` has accepted sections that are not portable.
 _SECTIONS = {
     "FUNCTION": ("VAR", "VAR_INPUT"),
     "FUNCTION_BLOCK": (
@@ -59,7 +58,8 @@ _ALSO = {
 }
 _ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d+(?:\.\d+)*)", re.IGNORECASE)
 _ADDRESS_BITS = {"": 1, "X": 1, "B": 8, "W": 16, "D": 32, "L": 64}
-#: Separator between the names of a list and a global, if two lists have the same variable.
+#: Separator in the key of a global, between its list and its name. It is used if two lists have a
+#: variable of the same name.
 _JOINT = "__"
 
 
@@ -74,11 +74,11 @@ class Declarations(Types):
         self.broken: set[str] = set()
         """Upper-case names of variables with an error in their declaration."""
         self.qualified: set[str] = set()
-        """Keys of globals that must be written with the name of their list."""
+        """Keys of globals that a program must write with the name of the list of globals."""
         self.programs: set[str] = set()
-        """Keys of globals that are programs called by their names."""
+        """Keys of the globals that hold the instances of programs that are used by their names."""
         self.called: set[str] = set()
-        """Those of `programs` that are called, not only read."""
+        """Keys in `programs` whose program is called, and not only read."""
         self._addresses: dict[str, Type] = {}
         self._external: list[tuple[s.VarDecl, Type, Declared]] = []
         self.inheritance = Inheritance(self, report)
@@ -202,7 +202,7 @@ class Declarations(Types):
                 self._report(error)
 
     def starts_of_globals(self) -> Iterator[tuple[Scope, tuple[s.Section, ...]]]:
-        """Yield a function for the start of each list of globals, with the sections of the list."""
+        """Yield a generated start function for each list of globals, with the list's sections."""
         found: list[tuple[Declared, tuple[s.Section, ...], dict[str, str]]] = []
         configuration = self.registry.configuration
         if configuration is not None and isinstance(configuration.node, s.Configuration):
@@ -223,7 +223,7 @@ class Declarations(Types):
             yield Scope(pou, declared, self.registry, self), sections
 
     def global_symbol(self, key: str, local: str = "") -> Symbol | None:
-        """Return the symbol of a global in a POU, as if declared in VAR_EXTERNAL."""
+        """Return the symbol of a global for a POU, as if the POU declared it in VAR_EXTERNAL."""
         found = self.globals.get(key)
         if found is None:
             return None
@@ -287,13 +287,14 @@ class Declarations(Types):
         parts: tuple[Part, ...] = ()
         passed = False
         if constant_section and section.kind == "VAR_IN_OUT":
-            # A variable that cannot be written can be passed by value. Blocks are never copied.
+            # A VAR_IN_OUT CONSTANT cannot be written, so it is passed by value. Blocks are never
+            # copied.
             where.note("VAR_IN_OUT CONSTANT", section.at)
             passed = True
             constant_section = False
             section = section if has_block(kind) else replace(section, kind="VAR_INPUT")
         if has_block(kind) and pou == "CONFIGURATION":
-            constant_section = False  # CODESYS accepts CONSTANT, and calls the block all the same
+            constant_section = False  # CODESYS accepts CONSTANT; the block can be called
         if has_block(kind):
             self._check_block(node, section, pou, constant_section, where)
         held = isinstance(kind, (ReferenceType, InterfaceType))
@@ -367,7 +368,7 @@ class Declarations(Types):
     ) -> Type | None:
         """Return the type of an ARRAY [*] parameter; None for other variables.
 
-        A VAR_IN_OUT can have such a type. So can a VAR_INPUT of a function or method; this input is
+        A VAR_IN_OUT can have such a type, and a VAR_INPUT of a function or method. The VAR_INPUT is
         neither copied nor written.
         """
         places: tuple[str, ...] = ("VAR_IN_OUT",)
@@ -388,7 +389,7 @@ class Declarations(Types):
 
     @staticmethod
     def _access(section: s.Section, where: Declared) -> str:
-        """Return the access to the variables of a section: PRIVATE, PROTECTED, or empty for all.
+        """Return the access to the variables of a section: PRIVATE, PROTECTED, or empty for PUBLIC.
 
         A VAR of a CLASS is PROTECTED unless it says otherwise (IEC 61131-3, edition 3, 6.6.5).
         """
@@ -488,7 +489,7 @@ class Declarations(Types):
 
 @dataclass(frozen=True)
 class Scope:
-    """The meaning of names inside one POU; the checker uses it."""
+    """Finds the meaning of a name inside one POU; the checker uses it."""
 
     pou: Pou
     where: Declared
@@ -504,7 +505,7 @@ class Scope:
         self.where.note(construct, at, detail)
 
     def symbol(self, key: str) -> Symbol | None:
-        """Return the variable of this upper-case name, or None.
+        """Return the variable that an upper-case name denotes in this POU, or None.
 
         The variables of the POU come first, then a function's result, the variables of a method's
         block, globals, and programs.
@@ -565,7 +566,7 @@ class Scope:
 
 
 def _is_input(section: s.Section) -> bool:
-    """Return whether a parameter is only read."""
+    """Return whether the called POU only reads a parameter."""
     return section.kind == "VAR_INPUT" or section.qualifier == "CONSTANT"
 
 

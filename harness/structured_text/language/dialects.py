@@ -37,13 +37,13 @@ IEC = "iec"
 MATIEC = "openplc"
 #: The file with the table of all differences.
 TABLE = Path(__file__).with_name("dialects.toml")
-#: The environment variable with the dialect of sources whose paths contain none.
+#: The environment variable with the dialect of sources whose paths do not name a dialect.
 VARIABLE = "RCX_DIALECT"
 
 
 @dataclass(frozen=True)
 class Row:
-    """A row of the table: the answer of some tools to a question.
+    """A row of the table of differences: the answer of some tools to a question.
 
     Attributes:
         rule: The name of the question.
@@ -52,7 +52,7 @@ class Row:
         value: The answer, as the code reads it.
         meaning: The answer in words.
         source: The document of the tool's maker that states it.
-        also: Facts that are the same for all tools.
+        also: Further facts about the question, which are true for all tools.
     """
 
     rule: str
@@ -72,7 +72,7 @@ class Dialect:
         name: The dialect's name, as `--dialect` takes it.
         title: The tools that compute in this dialect.
         time_unit: The unit of a TIME or TOD as a number, `s` or `ms`.
-        counters: The limits of CV in CTU, CTD and CTUD, by `preset`, `unsigned` or `type`.
+        counters: What limits CV in CTU, CTD and CTUD: `preset`, `unsigned` or `type`.
         operands: Whether the right operand of AND and OR is evaluated if `needed`, or always
             (`both`).
         integers: The type of integer calculations: the operands' `own` type, or `dint`.
@@ -174,7 +174,7 @@ def chosen() -> str:
 def using(name: str | None) -> Iterator[None]:
     """Read all sources in this dialect, also in the processes that are started meanwhile.
 
-    None changes nothing.
+    If the argument is None, nothing changes.
 
     Raises:
         InputError: There is no such dialect.

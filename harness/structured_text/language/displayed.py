@@ -43,18 +43,19 @@ __all__ = [
     "value_text",
 ]
 
-#: An array with more elements is shown as a single value, because so many lanes are unreadable.
+#: Largest number of array elements that are shown one by one. A longer array is shown as a single
+#: value, because so many rows of a chart are unreadable.
 LONGEST = 64
 
 #: Significant decimal digits of each real type.
 _PRECISION = {"REAL": 7, "LREAL": 15}
-#: Shown elements of an array that is a single value.
+#: Number of elements that are shown of an array that is a single value.
 _SHOWN = 8
 _MILLISECOND = timedelta(milliseconds=1)
 
 
 class Part(NamedTuple):
-    """A plain variable inside a variable; `way` has the indices and names that lead to it."""
+    """A scalar inside a variable; `way` has the indices and names that lead to the scalar."""
 
     path: str
     type: Type
@@ -71,7 +72,7 @@ def is_long(kind: Type) -> bool:
 
 
 def count(kind: Type) -> int:
-    """Return the number of plain variables that `parts` would yield."""
+    """Return the number of parts that `parts` would yield."""
     if isinstance(kind, (StructType, BlockType)):
         return sum(count(member) for _, member in members(kind))
     if isinstance(kind, ArrayType) and not is_long(kind):
@@ -90,7 +91,7 @@ def check_watched(watched: Mapping[str, Type]) -> None:
 
 
 def parts(path: str, kind: Type, way: tuple[str | int, ...] = ()) -> Iterator[Part]:
-    """Yield the plain variables in a variable; a plain variable yields itself."""
+    """Yield the scalars in a variable; a long array is yielded as a whole."""
     if isinstance(kind, (StructType, BlockType)):
         for name, member in members(kind):
             yield from parts(f"{path}.{name}", member, (*way, name))
@@ -113,13 +114,13 @@ class Changed:
     def __init__(self, watched: Mapping[str, Type]) -> None:
         check_watched(watched)
         self.parts = {path: list(parts(path, kind)) for path, kind in watched.items()}
-        """The plain variables in each watched variable."""
+        """The scalars in each watched variable."""
         self._before: dict[str, Any] = {}
 
     def take(self, values: Mapping[str, Any]) -> Iterator[tuple[Part, Any]]:
-        """Yield the plain variables of changed watched variables with their values.
+        """Yield the scalars of the watched variables that have changed, with their values.
 
-        The first call yields all.
+        The first call yields all scalars.
         """
         for path, within in self.parts.items():
             value = values[path]
@@ -160,7 +161,7 @@ def value_text(kind: Type, value: Any) -> str:
 
 
 def _written(letter: str) -> str:
-    """Return a character as in a literal: `$0A` if unprintable, `$$` and `$'` with a `$`."""
+    """Return a character as a literal has it: `$0A` for a line feed, `$$` for `$`, `$'` for `'`."""
     if letter in "$'":
         return f"${letter}"
     return letter if letter.isprintable() else f"${ord(letter):02X}"
@@ -202,9 +203,9 @@ def _fraction(value: datetime | time) -> str:
 def described(kind: Type) -> Any:
     """Return the description of a type for the header of a trace.
 
-    An elementary type is its name; an enumeration `{"enum", "members"}` with the members' values;
-    an array `{"array", "of"}` with the bounds of each dimension; a structure or block
-    `{"struct", "members"}`.
+    An elementary type becomes its name. An enumeration becomes `{"enum", "members"}` with the
+    values of the members. An array becomes `{"array", "of"}` with the bounds of each dimension. A
+    structure or block becomes `{"struct", "members"}`.
     """
     if isinstance(kind, EnumType):
         values = {member: kind.value_of(member) for member in kind.members}
@@ -220,16 +221,16 @@ def described(kind: Type) -> Any:
 
 
 def _whole_number(given: Any) -> int:
-    """Return a whole number as it is, or raise ValueError; a float may be infinite."""
+    """Return a whole number unchanged, or raise ValueError for any other value."""
     if type(given) is not int:
         raise ValueError("no whole number")
     return given
 
 
 def typed(description: Any, level: int = 0) -> Type:
-    """Return the type of a description by `described`; blocks become structures.
+    """Return the type that `described` has described; a block becomes a structure.
 
-    Raise KeyError, TypeError, ValueError if it is not the description of a type.
+    Raise KeyError, TypeError or ValueError if the argument is not the description of a type.
     """
     if level > MOST_LEVELS:
         raise ValueError("too many levels")

@@ -66,7 +66,7 @@ _LARGEST = 1 << 128
 
 
 class ExpressionChecker:
-    """The expressions of one POU.
+    """Checks the expressions of one POU.
 
     `infer` returns the type that an expression has by itself, or None if it consists only of
     untyped numbers. `check` then returns the typed expression. Untyped numbers get the required
@@ -90,7 +90,7 @@ class ExpressionChecker:
     # --- variables ---
 
     def variable(self, node: s.Variable) -> t.Variable:
-        """Type a variable, member or element; a reference becomes its target.
+        """Check and type a variable, member or element; a reference becomes its target.
 
         Raises:
             InputError: The variable is not declared, the member does not exist, or an index is
@@ -99,7 +99,7 @@ class ExpressionChecker:
         return self.references.followed(self.place(node))
 
     def place(self, node: s.Variable) -> t.Variable:
-        """Type a variable, member or element; a reference remains a reference."""
+        """Check and type a variable, member or element; a reference remains a reference."""
         if isinstance(node, s.Name):
             symbol = self.scope.symbol(node.key)
             if symbol is not None:
@@ -146,7 +146,7 @@ class ExpressionChecker:
         return any(one.node.name.key == node.base.key for one in self.scope.registry.lists)
 
     def base(self, node: s.Variable | s.Call | s.Invoke) -> t.Variable:
-        """Type the base of a member, element or method: a variable or a call's result."""
+        """Check and type the base of a member, element or method: a variable or a call's result."""
         if isinstance(node, s.Call):
             self.scope.note("a member of a call's result", node.at)
             return self.check(node, None)  # type: ignore[return-value]
@@ -157,7 +157,7 @@ class ExpressionChecker:
         return self.variable(node)
 
     def invoked(self, node: s.Invoke) -> t.Variable:
-        """Type a call of a method, or raise InputError."""
+        """Check and type a call of a method, or raise InputError."""
         call = self.methods.call(node)
         if call is None:
             hint = "call a block in a statement before"
@@ -165,12 +165,12 @@ class ExpressionChecker:
         return self.references.followed(call)
 
     def is_variable(self, node: s.Name) -> bool:
-        """Return whether a bare name is a variable or a property."""
+        """Return whether a name without a path is a variable or a property."""
         known = self.scope.symbol(node.key) is not None
         return known or self.methods.is_own_property(node.key)
 
     def writable(self, node: s.Variable) -> t.Variable:
-        """Type a variable that is written.
+        """Check and type a variable that is written.
 
         Raises:
             InputError: The variable cannot be written here, because it is a constant, an output of
@@ -221,7 +221,7 @@ class ExpressionChecker:
         return None if symbol is None else t.Use(symbol, symbol.type)
 
     def member_of(self, node: s.Expression) -> t.Constant | None:
-        """Return the enumeration member of `Colour.RED`; None for anything else.
+        """Return the enumeration member that `Colour.RED` denotes; None for any other expression.
 
         Raise InputError if the enumeration has no such member.
         """
@@ -240,15 +240,15 @@ class ExpressionChecker:
         return member(kind, node.name, self.scope.where)
 
     def is_member(self, node: s.Variable) -> bool:
-        """Return whether a variable as written is a member of an enumeration."""
+        """Return whether a name or path in the source denotes a member of an enumeration."""
         if isinstance(node, s.Name) and not self.is_variable(node):
             return node.key in self.scope.registry.members
         return self.member_of(node) is not None
 
     def part(self, node: s.Part) -> tuple[t.Variable, t.Expression, int, ElementaryType]:
-        """Return the parts of an access to a bit or part of a variable.
+        """Resolve an access to a bit or part of a variable, such as `Status.3`.
 
-        Raise InputError if the variable has no bits, or not so many.
+        Raise InputError if the variable has no bits, or too few bits.
 
         Returns:
             The variable, the variable as a bit string, the first bit, and the type of the part.
@@ -464,7 +464,7 @@ class ExpressionChecker:
         return self.operators.operand_type(node.op, node.left, node.right, None)
 
     def _place_of(self, node: s.Assigned) -> t.Variable:
-        """Return the target of an assignment inside an expression, or raise InputError."""
+        """Return the target of an assignment that is inside an expression, or raise InputError."""
         hint = "assign it in a statement of its own"
         if isinstance(node.target, s.Part):
             raise self.scope.error("a bit is not assigned inside an expression", node.at, hint)
@@ -479,7 +479,7 @@ class ExpressionChecker:
         return self.scope.declarations.types[owners[0]] if len(owners) == 1 else None
 
     def check(self, node: s.Expression, want: Type | None) -> t.Expression:
-        """Type an expression, or raise InputError.
+        """Check and type an expression, or raise InputError.
 
         `want` is the type that the context requires; None allows any type.
         """
@@ -601,7 +601,7 @@ class ExpressionChecker:
         return t.Constant(value, left.type)
 
     def is_real(self, node: s.Expression) -> bool:
-        """Return whether an expression is an untyped number with decimals."""
+        """Return whether an expression consists of untyped numbers, at least one with decimals."""
         found = self.fold(node)
         return found is not None and not found.typed and isinstance(found.value, float)
 
@@ -632,5 +632,5 @@ def _near(key: str, names: Iterable[str]) -> str:
 
 
 def _default(found: t.Constant) -> Type:
-    """Return the type of an untyped number if the context requires none."""
+    """Return the type that an untyped number gets if the context does not require a type."""
     return ELEMENTARY["LREAL" if isinstance(found.value, float) else "LINT"]

@@ -23,7 +23,7 @@ __all__ = ["Extents"]
 _CHARACTERS = 8
 _SHOWN = 60
 _HINT = "make arrays smaller, or declare fewer of them"
-#: Sections of variables without storage at their declaration.
+#: Sections whose variables have no storage in the POU that declares them.
 _ELSEWHERE = ("VAR_IN_OUT", "VAR_EXTERNAL")
 
 
@@ -46,7 +46,7 @@ class Extents:
     """The sizes of all types of a project; `resolve.Types` uses it to refuse large types."""
 
     def __init__(self) -> None:
-        # By identity, because the comparison of large types takes long.
+        # The keys are the identities of types, because comparing large types takes long.
         self._known: dict[int, tuple[Type, _Extent]] = {}
         self._refused: dict[int, BlockType] = {}
         self._made = 0
@@ -54,7 +54,7 @@ class Extents:
     def check(self, kind: Type, name: str, where: Declared, at: Position) -> None:
         """Raise InputError if a single variable of a type exceeds the limit of a program.
 
-        The parts of the type have been checked.
+        The types inside this type have been checked before.
         """
         parts = kind.variables if isinstance(kind, BlockType) else ()
         if any(id(part.type) in self._refused for part in parts):
@@ -62,7 +62,7 @@ class Extents:
         _check(self._of(kind), name, where, at)
 
     def refuse(self, block: BlockType) -> None:
-        """Register an empty block in place of one that is too large.
+        """Register a block that is too large; an empty block takes its place.
 
         Types that contain the block are refused as well.
         """

@@ -29,7 +29,7 @@ __all__ = ["Fitting"]
 
 
 class Fitting:
-    """The implicit conversions in the expressions of one POU."""
+    """Inserts the implicit conversions in the expressions of one POU."""
 
     def __init__(self, expressions: Checking) -> None:
         self._all = expressions
@@ -105,7 +105,7 @@ class Fitting:
         return self._leaves_fit(node, want)
 
     def numbered(self, found: t.Expression, want: Type | None, at: s.Position) -> t.Expression:
-        """Convert an enumeration to a wanted number, or a number to an enumeration."""
+        """Convert an enumeration to a number, or a number to an enumeration, as `want` requires."""
         if want is None or found.type == want:
             return found
         have = found.type

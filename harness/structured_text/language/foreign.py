@@ -1,6 +1,7 @@
 """Sources that are not Structured Text of IEC 61131-3, and words that have no meaning in it.
 
-Each of them is reported with a single message, instead of many about its parts.
+Each such source or word is reported with a single message, instead of many messages about its
+parts.
 """
 
 from __future__ import annotations
@@ -19,9 +20,9 @@ __all__ = ["LABELS", "corrected", "not_structured_text", "one_for_all"]
 #: Words that open a block in SCL only. The second list has words before a name in double quotes.
 _SCL_ONLY = frozenset(("DATA_BLOCK", "ORGANIZATION_BLOCK"))
 _SCL_QUOTED = frozenset(("FUNCTION_BLOCK", "FUNCTION", "TYPE", *_SCL_ONLY))
-#: Endings of the files of SCL.
+#: Endings of SCL files.
 _SCL_ENDING = {"DATA_BLOCK": ".db", "TYPE": ".udt"}
-#: Words of other languages, and what to write in Structured Text.
+#: Words of other languages, with the equivalent in Structured Text.
 _MISSPELT = {
     "BREAK": "EXIT",
     "ELSEIF": "ELSIF",
@@ -33,11 +34,11 @@ _MISSPELT = {
     "ENDREPEAT": "END_REPEAT",
     "ENDVAR": "END_VAR",
 }
-#: Tokens that may stand before the first word of a statement, and tokens that may follow the word
-#: if it is a name.
+#: Tokens that may stand before the first word of a statement. The second list has tokens that may
+#: follow this word if it is a name.
 _BEFORE = frozenset(("SEMICOLON", "THEN", "ELSE", "DO", "OF", "REPEAT", "END_VAR"))
 _BEHIND_NAMES = frozenset(("ASSIGN", "DOT", "LSQB", "COLON", "COMMA", "CARET", "LATCH"))
-#: Messages about jumps. `one_for_all` merges those of a file into a single message.
+#: Messages about jumps. `one_for_all` merges all such messages of a file into one.
 LABELS, _JUMP = "labels for jumps are not supported", " is not supported (jumps)"
 
 
@@ -60,7 +61,7 @@ def not_structured_text(found: Sequence[Token], file: Path) -> InputError | None
 
 
 def corrected(found: list[Token], file: Path, report: Callable[[InputError], None]) -> list[Token]:
-    """Return the tokens with the right keywords; `report` gets the errors.
+    """Return the tokens with corrected keywords; `report` gets the errors.
 
     The rest of the source is then read without further errors about these words.
     """
@@ -93,7 +94,7 @@ def _joined(found: list[Token], file: Path, report: Callable[[InputError], None]
 
 
 def _named(found: list[Token], file: Path, report: Callable[[InputError], None]) -> list[Token]:
-    """Return the tokens; keywords that a declaration uses as names become names."""
+    """Return the tokens, in which each keyword that is declared as a name is a name."""
     result = list(found)
     declares = names = False
     for at, token in enumerate(found):
@@ -126,7 +127,7 @@ def _error(token: Token, message: str, hint: str, file: Path) -> InputError:
 def _right(
     found: Sequence[Token], at: int, file: Path, report: Callable[[InputError], None]
 ) -> Token:
-    """Return a token, or the keyword that was meant."""
+    """Return a token unchanged, or the keyword that a wrong word stands for."""
     token = found[at]
     meant = _MISSPELT.get(token.upper()) if token.type in ("IDENT", "LABEL") else None
     before = found[at - 1].type if at else ""

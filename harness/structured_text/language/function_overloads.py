@@ -1,7 +1,7 @@
 """Functions of one name for several types of arguments, as SIMATIC AX has them.
 
-Each further function gets a name of its own in the registry. The types of the arguments of a call
-choose the function.
+Each further function of a name is registered under a generated name. The types of the arguments of
+a call choose the function.
 """
 
 from __future__ import annotations
@@ -24,7 +24,10 @@ _EXACT, _WIDER, _NUMBER = 3, 2, 1
 def chosen_function(
     callee: s.Name, arguments: Iterable[s.Argument], expressions: Checking
 ) -> s.Name:
-    """Return the name of the function that fits the arguments best; the callee if none does."""
+    """Return the name of the function that fits the arguments best.
+
+    If no function fits, return the name in the call.
+    """
     scope = expressions.scope
     keys = scope.registry.overloads.get(callee.key)
     if not keys:

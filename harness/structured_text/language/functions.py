@@ -1,11 +1,10 @@
-"""Calls of functions of the sources and of standard functions, which have many names.
+"""Calls of the user's functions and of standard functions.
 
 A standard function is overloaded: `MAX` takes any ordered type. Its signature marks the pins that
 share one type with `T`. Resolution takes three steps. First, the types of all arguments at such
 pins are joined to a common type; an untyped literal has no type yet. Second, the common type must
 be in the group that the signature permits. If all arguments are untyped, the context or the kind of
-literal decides. Third, every argument is checked against that type, which converts it if it
-widens.
+literal decides. Third, every argument is checked against that type, which converts it if it widens.
 """
 
 from __future__ import annotations
@@ -63,7 +62,7 @@ from structured_text.language.widening import BITS_OF, joined, number_of, same_n
 
 __all__ = ["Functions", "same_text"]
 
-#: Standard functions that stand for an operator, including the functions of durations.
+#: Standard functions that do the same as an operator, including the functions of durations.
 _OPERATORS = {
     "ADD": "+",
     "SUB": "-",
@@ -88,10 +87,10 @@ _OPERATORS = {
 _SHIFTS = ("SHL", "SHR", "ROL", "ROR")
 _SELECTIONS = ("SEL", "MUX", "MOVE")
 _JOINING = ("CONCAT", "INSERT", "REPLACE")
-#: Least length of the result of a function in `_JOINING`, in dialects in which the length of a
-#: plain STRING differs from matiec's.
+#: Shortest result of the functions in `_JOINING` [characters], for dialects in which a plain STRING
+#: has another length than in matiec.
 _JOINED = 255
-#: In CODESYS and TwinCAT these functions return the time since the start.
+#: In CODESYS and TwinCAT these functions return the time since the start of the PLC.
 _CLOCKS = ("TIME", "LTIME")
 #: Functions that depend on the declaration of their argument, not on its value.
 _SIZES = ("SIZEOF", "XSIZEOF")
@@ -99,7 +98,7 @@ _OF_VARIABLES = (*_SIZES, "LOWER_BOUND", "UPPER_BOUND")
 
 
 class Functions:
-    """The function calls in the expressions of one POU; `expression_checker` uses it."""
+    """Checks the function calls in the expressions of one POU, for `expression_checker`."""
 
     def __init__(self, expressions: Checking) -> None:
         self._expressions = expressions
@@ -108,7 +107,7 @@ class Functions:
     # --- types ---
 
     def result(self, node: s.Call) -> Type | None:
-        """Return the type of the result; None if the context determines it."""
+        """Return the type of a call's result; None if the context determines the type."""
         key = chosen_function(node.function, node.arguments, self._expressions).key
         declared = self._scope.declarations.pous.get(key)
         if declared is not None:
@@ -168,7 +167,7 @@ class Functions:
     # --- calls ---
 
     def call(self, node: s.Call, want: Type | None) -> t.Expression:
-        """Type a call, or raise InputError."""
+        """Check and type a call of a function, or raise InputError."""
         chosen = chosen_function(node.function, node.arguments, self._expressions)
         if chosen is not node.function:
             node = replace(node, function=chosen)
@@ -217,7 +216,7 @@ class Functions:
         return self._standard(node, FUNCTIONS[key], want)
 
     def _now(self, node: s.Call) -> t.Standard:
-        """Type `TIME()`, the time since the start of the PLC."""
+        """Check and type `TIME()`, the time since the start of the PLC."""
         key = node.function.key
         if node.arguments:
             raise self._scope.error(f"{key} takes 0 arguments, not {len(node.arguments)}", node.at)
@@ -226,7 +225,7 @@ class Functions:
         return t.Standard("NOW", (), ELEMENTARY[key])
 
     def user(self, node: s.Call, pou: t.Pou) -> t.CallFunction:
-        """Type a call of a function of the sources.
+        """Check and type a call of a function of the sources.
 
         Raises:
             InputError: The arguments do not fit.
@@ -251,12 +250,13 @@ class Functions:
         return t.CallFunction(pou.name.upper(), arguments, kind, in_outs, outputs)
 
     def _passed(self, argument: s.Argument, pin: t.Symbol, pou: str) -> t.Variable:
-        """Return the variable that a function writes, or raise InputError."""
+        """Return the variable that is passed to an output or VAR_IN_OUT, or raise InputError."""
         value, kind = argument.value, pin.type
         if not isinstance(value, PLACES):
             raise self._scope.error(f"{pou} needs a variable here", argument.at)
         all_ = self._expressions
-        # CODESYS also passes an input of open length on as a VAR_IN_OUT: it is never copied.
+        # CODESYS also accepts an input of open length as the argument for a VAR_IN_OUT, because
+        # such an input is never copied.
         read = pin.constant or (_is_open(kind) and _is_open(all_.variable(value).type))
         found = all_.variable(value) if read else all_.writable(value)
         if pin.section == "VAR_OUTPUT" and same_number(kind, found.type):
@@ -278,7 +278,7 @@ class Functions:
         return found
 
     def _same_elements(self, one: Type, other: Type) -> bool:
-        """Return whether TIA Portal copies an array to another; only the bounds may differ."""
+        """Return whether TIA Portal can copy one array to the other; only the bounds may differ."""
         return (
             self._scope.registry.dialect.name == "tia"
             and isinstance(one, ArrayType)
@@ -289,7 +289,7 @@ class Functions:
         )
 
     def _converted(self, node: s.Call, want: Type | None) -> t.Expression:
-        """Type a conversion.
+        """Check and type a conversion.
 
         The function may name the source type (`INT_TO_REAL`) or take any (`TO_REAL`). `TRUNC_*`
         cuts off the decimals of a real. Conversions from and to BCD are included.
@@ -335,7 +335,7 @@ class Functions:
         return t.Standard(f"{have.name}_TO_{target}", (value,), result)
 
     def _moment(self, node: s.Call, op: str, left: str, right: str, result: str) -> t.Expression:
-        """Type a function that stands for an operator on dates or durations, as `ADD_TOD_TIME`."""
+        """Check and type a function for an operation on dates or durations, as `ADD_TOD_TIME`."""
         signature = Signature((("IN1", left), ("IN2", right)), (), result)
         (one, _), (other, _) = standard_arguments(node, signature, self._scope)
         first = self._expressions.check(one.value, ELEMENTARY[left])
@@ -346,10 +346,10 @@ class Functions:
         return t.Binary(op, first, second, ELEMENTARY[result])
 
     def _of_variable(self, node: s.Call, want: Type | None) -> t.Expression:
-        """Type SIZEOF, XSIZEOF, LOWER_BOUND and UPPER_BOUND.
+        """Check and type SIZEOF, XSIZEOF, LOWER_BOUND and UPPER_BOUND.
 
-        They are constants because all types are complete. Only the bounds of an ARRAY [*] are read
-        at run time.
+        The results are constants, because all types are complete. Only the bounds of an ARRAY [*]
+        are read at run time.
         """
         key, count = node.function.key, len(node.arguments)
         number = 1 if key in _SIZES else 2
@@ -435,7 +435,7 @@ class Functions:
         signature: Signature,
         want: Type | None,
     ) -> Type:
-        """Return the type of untyped numbers: the wanted type, if the function permits it."""
+        """Return the type of untyped numbers: the required type, if the function permits it."""
         wanted = want if type_name(want) in signature.group else None
         if wanted is not None and signature.result == "T":
             return wanted
@@ -447,7 +447,7 @@ class Functions:
     def _bitwise(
         self, node: s.Call, pairs: list[tuple[s.Argument, tuple[str, str]]], common: Type | None
     ) -> t.Expression:
-        """Type a shift or bitwise function of integers.
+        """Check and type a shift or bitwise function of integers.
 
         The integers are converted to bit strings of their width, and the result is converted back.
         """
@@ -504,5 +504,5 @@ def _is_open(kind: Type) -> bool:
 
 
 def same_text(one: Type, other: Type) -> bool:
-    """Return whether both are a STRING, or both a WSTRING, of any length."""
+    """Return whether two types are both STRING, or both WSTRING, of any length."""
     return type_name(one) == type_name(other) and type_name(one) in ANY_STRING

@@ -1,6 +1,6 @@
 """Function blocks with generic constants: `VAR_GENERIC CONSTANT`, and `Buffer<6>` as a type.
 
-Each list of values gives a block of its own, in which the constants have these values.
+For each list of values, a block is generated in which the constants have these values.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ from structured_text.language.registry import last_name
 __all__ = ["instantiated"]
 
 _SECTION = "VAR_GENERIC"
-#: Limit for the blocks that are made. A block that contains itself with other values has no end.
+#: Limit for the number of generated blocks. A block that contains itself with other values would
+#: need infinitely many.
 _MOST_MADE = 200
 
 _Constants = Mapping[str, s.Init]
@@ -36,7 +37,7 @@ def instantiated(sources: Sequence[s.Source]) -> list[s.Source]:
 
 
 class _Maker:
-    """The state while generic blocks are replaced by blocks with values; `instantiated` uses it."""
+    """Replaces generic blocks by blocks with values; `instantiated` uses this class."""
 
     def __init__(
         self, sources: Sequence[s.Source], generic: Mapping[str, tuple[int, s.Pou]]
@@ -88,7 +89,7 @@ class _Maker:
         values = [_resolved(one, constants) for one in spec.generics]
         found = self._generic.get(last_name(spec.name))
         if found is None:
-            return spec  # not a generic block of these sources: the checker reports it
+            return spec  # the name is not a generic block of these sources; the checker reports it
         home, pou = found
         names = [name for one in _generic_names(pou) for name in one]
         if len(names) != len(values) or len(self._made) >= _MOST_MADE:
@@ -118,7 +119,7 @@ def _generic_names(pou: s.Pou) -> list[tuple[s.Name, ...]]:
 
 
 def _fixed(pou: s.Pou, given: Mapping[str, s.Init]) -> tuple[s.Section, ...]:
-    """Return the sections; generic constants become constants with these values."""
+    """Return the sections of a POU, in which generic constants are constants with these values."""
     found = []
     for section in pou.sections:
         if section.kind == _SECTION:

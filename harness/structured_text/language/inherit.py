@@ -1,7 +1,7 @@
 """Inheritance of blocks and interfaces, and their methods and properties.
 
-The methods of all blocks are added before anything is inherited, because a block may stand before
-its base in the sources. `_inherit` then handles every base before the blocks derived from it.
+A block may stand before its base in the sources, so first the methods of all blocks are added. Then
+`_inherit` handles every base before the blocks derived from it.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class _Owner:
 
     @property
     def key(self) -> str:
-        """Return the upper-case name of the member."""
+        """Return the upper-case name of the block or interface."""
         return self.node.name.key
 
 
@@ -64,7 +64,7 @@ class _Declarations(Protocol):
 
 
 class Inheritance:
-    """Resolves methods and inheritance; `Declarations` uses it and resolves the rest.
+    """Resolves methods and inheritance for `Declarations`, which resolves all other declarations.
 
     Attributes:
         objects: The resolved blocks, interfaces and methods.
@@ -181,7 +181,7 @@ class Inheritance:
         where, declarations = owner.where, self._declarations
         symbols: dict[str, Symbol] = {}
         # Bounds and initial values may use constants of the method and of its block. A constant of
-        # the method hides one of the block.
+        # the method hides a constant of the block with the same name.
         declarations.local = ChainMap(symbols, {} if pou is None else pou.symbols)
         declarations.sections = [(section, where) for section in node.sections]
         for section in node.sections:
@@ -343,5 +343,5 @@ def _signature(method: Pou) -> tuple[object, ...]:
 
 
 def _held_block(kind: Type) -> BlockType | None:
-    """Return the block in a variable of this type, or the first block in a structure."""
+    """Return the type of the first block that a variable of this type contains, or None."""
     return next((one for one in inside(kind) if isinstance(one, BlockType)), None)

@@ -1,4 +1,4 @@
-"""Parts of an initial value that are not constant: they are assigned at the start."""
+"""Parts of an initial value that are not constant. They are assigned when the program starts."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Part:
     type: Type
 
     def assignment(self, variable: s.Name) -> s.Assign | s.Latch:
-        """Return the statement that assigns the value."""
+        """Return the statement that assigns the value to this part of the variable."""
         target: s.Variable = variable
         for step in self.steps:
             if isinstance(step, s.Name):
@@ -38,17 +38,17 @@ class Part:
 
 @dataclass(frozen=True)
 class Later:
-    """The position of an initial value inside a variable, and the parts found so far."""
+    """A position inside a variable, and the parts found so far that are assigned at the start."""
 
     steps: tuple[tuple[int, ...] | s.Name, ...] = ()
     found: list[Part] = field(default_factory=list)
 
     def element(self, kind: ArrayType, position: int) -> Later:
-        """Return the `Later` for the element at a position of the flat list."""
+        """Return the position of an array element; `position` counts in row-major order."""
         return replace(self, steps=(*self.steps, indices_at(kind, position)))
 
     def member(self, name: s.Name) -> Later:
-        """Return the `Later` for a member of a structure."""
+        """Return the position of a member of a structure."""
         return replace(self, steps=(*self.steps, name))
 
     def takes(self, node: s.Init, kind: Type) -> bool:

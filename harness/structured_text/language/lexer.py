@@ -27,7 +27,7 @@ from structured_text.language.words import EXCEPTIONS, OBJECT_WORDS, Context, is
 
 __all__ = ["KEYWORDS", "PUNCTUATION", "Notes", "tokens"]
 
-#: Words that open a construct which ends with END_ and the same word.
+#: Words that open a construct. The construct ends with END_ and the same word.
 _GROUPS = (
     *("ACTION", "CASE", "CONFIGURATION", "FOR", "FUNCTION", "FUNCTION_BLOCK", "IF", "PROGRAM"),
     *("REPEAT", "RESOURCE", "STRUCT", "TYPE", "UNION", "VAR", "WHILE"),
@@ -80,7 +80,7 @@ PUNCTUATION = {
 _SPELLINGS = {"FUNCTIONBLOCK": "FUNCTION_BLOCK", "END_FUNCTIONBLOCK": "END_FUNCTION_BLOCK"}
 #: Access specifiers that may also stand before types and programs.
 _ACCESS = frozenset(("PUBLIC", "INTERNAL"))
-#: Keywords only inside a CONFIGURATION. Elsewhere a variable may have such a name.
+#: Words that are keywords only inside a CONFIGURATION. Elsewhere they may be names of variables.
 _OF_CONFIGURATIONS = frozenset(["ON", "RESOURCE", "TASK", "WITH", "END_RESOURCE"])
 #: Words of the standard that some tools accept as names.
 _RESERVED = frozenset(
@@ -111,14 +111,14 @@ _BEFORE_NAMES = frozenset(
         "WORD",
     )
 )
-#: Text behind a word of `_UNSUPPORTED` if the word is a keyword and not a variable.
+#: Matches the text behind a word of `_UNSUPPORTED` if the word is a keyword and not a variable.
 _MEANT = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_\x80-\uffff]", re.IGNORECASE)
 
-#: Text behind a word such as __TRY if the word is the name of a variable.
+#: Matches the text behind a word such as __TRY if the word is the name of a variable.
 _DECLARED = re.compile(r"\s*[:.,=]")
 _GIVEN = re.compile(r"\s*(?::=|=>)")
 _DECIMAL = re.compile(r"(?:^|#[-+]?)10#")
-#: A token with the white space before it.
+#: Matches a token with the white space before it.
 _PATTERN = re.compile(
     r"""\s*(?:
       (?P<TYPED>
@@ -152,17 +152,19 @@ _PATTERN = re.compile(
 _OF_C = {"==": "=", "!=": "<>", "&&": "AND", "||": "OR", "|": "OR", "!": "NOT", "%": "MOD"}
 _FOREIGN = {**_OF_C, "=!": "<>", "=<": "<="}
 _MEANT_KINDS = frozenset((*(PUNCTUATION.get(one, one) for one in _FOREIGN.values()), "ASSIGN"))
-#: Characters without a meaning, and what to write instead.
+#: Characters without a meaning in Structured Text, with the text to write instead.
 _INSTEAD = {
     "#": "write a comment as // text or (* text *)",
     "?": "write IF, or SEL(condition, value if FALSE, value if TRUE)",
     "\\": "remove it",
 }
-#: Numbers that Structured Text does not have: with a unit of time, and hexadecimal as in C.
+#: Forms of numbers that Structured Text does not have: with a unit of time, and hexadecimal as in
+#: C.
 _DURATION = re.compile(r"\d[\d_.]*(?:d|h|m|s|ms|us|ns)\b", re.IGNORECASE)
 _HEXADECIMAL = re.compile(r"0x([0-9a-f]+)\b", re.IGNORECASE)
 
-#: Longest name, and how much of a longer name a message shows [characters].
+#: Length of the longest legal name, and of the part of a longer name that a message shows
+#: [characters].
 _LONGEST_NAME, _SHOWN = 1_000, 40
 #: A name with letters beyond ASCII, or a member behind the name of its enumeration.
 _WIDE = re.compile(r"[^\W\d][\w\u0300-\u036f]*(?:#[^\W\d][\w\u0300-\u036f]*)?")
@@ -171,7 +173,7 @@ _WIDE = re.compile(r"[^\W\d][\w\u0300-\u036f]*(?:#[^\W\d][\w\u0300-\u036f]*)?")
 _LINES = re.compile(
     r"""(?:'(?:\$.|[^$'])*'|"(?:\$.|[^$"])*")(?=\s*(?:[;,)\]:+=<>]|\Z))""", re.DOTALL
 )
-#: Text in a pragma that is C and not a pragma of a tool.
+#: Matches C code in a pragma; a pragma of a tool has no such text.
 _C_CODE = re.compile(r"__[SG]ET_|data__|#\s*(?:include|define)\b|->")
 _ATTRIBUTE = re.compile(r"\s*(?:[\w.]+\s*:=\s*\S+.*)?", re.DOTALL)
 _TEXTS = re.compile(r"'[^']*'|\"[^\"]*\"")
@@ -188,7 +190,7 @@ _BEFORE_LABEL = frozenset(
         *("END_IF", "END_CASE", "END_FOR", "END_WHILE", "END_REPEAT", "END_TRY"),
     )
 )
-#: Last tokens of an assignment target. Behind them `S=` is one sign.
+#: Tokens that can end an assignment target. Behind these tokens `S=` is one sign.
 _TARGET_ENDS = frozenset(("IDENT", "RSQB", "CARET", "INTEGER", "PART"))
 _LATCH = re.compile(r"(?:S|R|REF)=(?!=)", re.IGNORECASE)
 _NESTED = re.compile(r"\(\*|\*\)")
@@ -196,13 +198,13 @@ _OPENS = frozenset(("THEN", "ELSE", "DO", "OF", "REPEAT"))
 _ENDS = frozenset(
     ("END_IF", "END_CASE", "END_FOR", "END_WHILE", "END_REPEAT", "END_STRUCT", "END_UNION")
 )
-#: Tokens that need no semicolon between them and the END of a statement.
+#: Tokens behind which an END such as END_IF needs no semicolon.
 _NO_STATEMENT = frozenset(("SEMICOLON", "ASSIGN"))
 
 
 @dataclass
 class Notes:
-    """Findings of the lexer besides tokens: constructs, pragmas and errors."""
+    """The results of the lexer in addition to tokens: constructs, pragmas and errors."""
 
     uses: list[Use] = field(default_factory=list)
     pragmas: list[Name] = field(default_factory=list)
@@ -332,7 +334,7 @@ class _Lexer:
             self._refuse("this {IF} has no {END_IF}", self._conditions.unclosed, hint)
 
     def _meant(self, value: str, offset: int) -> tuple[str, str]:
-        """Report a sign of another language; return kind and text of the token that was meant."""
+        """Report a sign of another language; return kind and text of the correct token."""
         text = f"{value} is not an operator of Structured Text"
         meant = _FOREIGN.get(value, "")
         if not meant:
@@ -406,7 +408,7 @@ class _Lexer:
         if "__" in word or word.endswith("_"):
             self._note("a name with __ or _ at its end", offset)
         elif word in ("EN", "ENO") and _GIVEN.match(self._text, behind):
-            pass  # EN and ENO are pins of a call here; the checker notes them
+            pass  # here EN and ENO are pins of a call, which the checker notes
         elif word in _RESERVED or word in KEYWORDS - OBJECT_WORDS:
             self._note("a reserved word as a name", offset)
         if self._cases and self._previous in _BEFORE_LABEL:
@@ -424,7 +426,10 @@ class _Lexer:
             self._note("an empty statement", offset)
 
     def _skipped(self, kind: str, value: str, offset: int, behind: int) -> int:
-        """Return the offset behind text that is not a token; -1 at the end of the text."""
+        """Return the offset behind a comment, pragma or other text that is not a token.
+
+        The result is -1 at the end of the text.
+        """
         text = self._text
         if kind == "comment":
             return self._behind_comment(offset)
@@ -460,7 +465,7 @@ class _Lexer:
             depth += 1 if mark.group() == "(*" else -1
             if not depth:
                 return mark.end()
-        return end + 2  # for tools that do not nest comments: the first end counts
+        return end + 2  # some tools do not nest comments: there the first `*)` ends the comment
 
     def _behind_pragma(self, offset: int) -> int:
         if self._text.startswith("{{", offset):

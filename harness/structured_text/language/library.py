@@ -19,18 +19,18 @@ _FOLDER, _FILE = "lib", "library.toml"
 
 @dataclass(frozen=True)
 class Names:
-    """Properties of a library that are not in its source files.
+    """Properties of a library that its source files do not contain.
 
     Attributes:
         prefix: Prefix of the names of the library's types; empty if there is none.
-        byte_image: Its array of BYTE for a process image; empty if there is none.
-        word_image: Its array of WORD for a process image; empty if there is none.
-        tested: Another engine with which its authors test it: `matiec`, or empty.
+        byte_image: Name of the library's array of BYTE for a process image; empty if there is none.
+        word_image: Name of the library's array of WORD for a process image; empty if there is none.
+        tested: Another engine with which the authors test the library: `matiec`, or empty.
         notes: Notes for an exported README, by `TARGET_SUBJECT`.
         project: Name of an exported project.
         file: Prefix of the names of exported files.
-        about: Description in one line.
-        licence: Its SPDX identifier.
+        about: Description of the library in one line.
+        licence: SPDX identifier of the licence.
         copyright: Year and owner, for the licence.
     """
 
@@ -64,7 +64,9 @@ class Names:
 
 @lru_cache(maxsize=4096)
 def names_of(file: Path) -> Names:
-    """Return the properties of the library that a source belongs to; without one, empty properties.
+    """Return the properties of the library that a source belongs to.
+
+    If the source belongs to no library, the properties are empty.
 
     A library is a folder `lib` with `library.toml` beside it. A file of that name that belongs to
     something else is not read.

@@ -3,8 +3,8 @@
 The order of the steps follows from their dependencies. First all names are registered and ordered
 (`Registry`). Then types, the variables of POUs, globals and methods are resolved, so that all
 interfaces are known. Only then are the bodies checked, because they may use any interface. Every
-step reports its errors and continues. An error that is only the consequence of another one is left
-out at the end (`_causes`).
+step reports its errors and continues. An error that is only the consequence of another error is
+left out at the end (`_causes`).
 """
 
 from __future__ import annotations
@@ -63,12 +63,14 @@ __all__ = [
 
 #: A function that parses one source.
 Read = Callable[[Path], s.Source]
-#: A function that gets the names known in a body, and the statements of the body.
+#: A function that is called for each body, with the names known in the body and its statements.
 Visit = Callable[[Scope, tuple[s.Statement, ...]], None]
 
-#: Priority of a task without PRIORITY, by the standard: the lowest, which runs last.
+#: Priority of a task without PRIORITY. By the standard it is the lowest priority, so the task runs
+#: last.
 _LOWEST = 65535
-#: Period of a program that has no task in a project with tasks [us]; a shorter tick shortens it.
+#: Longest period [us] of a program that has no task in a project with tasks. A shorter tick of the
+#: tasks is the period.
 _SCAN_US = 10_000
 
 
@@ -83,7 +85,7 @@ class Schedule:
 
 
 def configure(registry: Registry, declarations: Declarations) -> Schedule:
-    """Return the schedule of a project.
+    """Return the instances, tasks and running order of a project.
 
     Without a CONFIGURATION, one PROGRAM runs in every scan as `Main` (`_uncalled`).
 
@@ -202,7 +204,7 @@ def _instance(
     if name.key in (known.upper() for known in instances):
         raise declared.error(f"the program instance {name.text} is declared twice", name.at)
     clash = registry.variable_clash(name.key)
-    if clash and name.key != kind.key:  # tools name a single instance like its program
+    if clash and name.key != kind.key:  # PLC tools give a single instance the name of its program
         raise declared.error(f"{name.text} {clash}", name.at, "choose another instance name")
     if name.key in declarations.globals and name.key not in declarations.programs:
         raise declared.error(f"{name.text} is also a global variable", name.at)
@@ -264,8 +266,8 @@ def analyse(
 
     Sources without a PROGRAM are checked as a library. Errors that are only the consequence of
     another error are left out. Errors beyond the number `most` (default: `MOST_MISTAKES`) are only
-    counted. With `every` all errors are returned, consequences as `ConsequenceError`. A statistic
-    of files needs this, because a file without a shown error would count as accepted.
+    counted. With `every`, all errors are returned, and consequences are `ConsequenceError`.
+    Statistics need all errors, because a file without a returned error counts as accepted.
     """
     read = read or read_file
     try:
@@ -279,10 +281,10 @@ def analyse(
 
 
 def survey(paths: Sequence[Path], visit: Visit, read: Read | None = None) -> list[InputError]:
-    """Check sources, and show each body with the names that are known in it.
+    """Check sources, and call `visit` for each body.
 
-    `visit` is called after all declarations are resolved as far as possible, also if there are
-    errors. Return all errors.
+    `visit` gets the names that are known in the body, and its statements. It is called after all
+    declarations are resolved as far as possible, even if there are errors. Return all errors.
     """
     return deeply(partial(_analysed, paths, read or read_file, visit))[1]
 
@@ -397,7 +399,7 @@ def first_errors(errors: list[InputError], most: int = MOST_MISTAKES) -> list[In
 
 
 def _causes(errors: list[InputError], sources: list[s.Source]) -> list[InputError]:
-    """Return the errors, except errors that are caused by an error in an interface they name."""
+    """Return the errors, except those that an error in a named interface has caused."""
     spoiled: dict[str, set[int]] = {}
     for error in (*errors, *(error for source in sources for error in source.errors)):
         spoiled.setdefault(error.file or "", set()).add(error.line or 0)
@@ -434,7 +436,7 @@ def _causes(errors: list[InputError], sources: list[s.Source]) -> list[InputErro
 
 
 def _interfaces(node: s.Declaration) -> Iterator[tuple[str, int, int]]:
-    """Yield name, first line and next line of the interfaces of a declaration and its methods."""
+    """Yield name, first line and end line of the interface of a declaration and of its methods."""
     name, line = node.name.key, node.at.line
     if isinstance(node, s.TypeDecl):
         fields = node.spec.fields if isinstance(node.spec, s.StructSpec) else ()
@@ -452,7 +454,7 @@ def _behind(sections: tuple[s.Section, ...], line: int) -> int:
     return max((one.at.line for part in sections for one in part.variables), default=line) + 1
 
 
-#: Messages that may be a consequence of an error in the named declaration.
+#: Matches messages that may be a consequence of an error in the named declaration.
 _OF = re.compile(
     r"(?:there is no (?:type|function|variable or namespace) )?"
     r"(\w+(?:\.\w+)?)(?: (?:takes|has no) .*)?$"
@@ -582,6 +584,6 @@ def _unit(declared: Declared) -> Unit:
 
 
 def _files(ordered: list[Declared]) -> tuple[Path, ...]:
-    """Return the files, ordered by the place of their last declaration in the dependency order."""
+    """Return the files, sorted by their last declaration in the order of dependencies."""
     last = {declared.file: rank for rank, declared in enumerate(ordered)}
     return tuple(sorted(last, key=lambda file: last[file]))

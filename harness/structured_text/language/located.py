@@ -1,9 +1,9 @@
 """The directly represented variables of a project and their addresses.
 
 An array or structure with an address is listed element by element. Variables with an incomplete
-address (`%I*`) get their addresses here. Those of 48 bytes or more come first, because a scanner
-fills them. The others follow in order of declaration. None overlaps a variable that has an explicit
-address. VAR_CONFIG gives addresses to variables of instances.
+address (`%I*`) get their addresses here. Variables of 48 bytes or more come first, because a
+scanner fills them. Smaller variables follow in order of declaration. None of these addresses
+overlaps a variable with an explicit address. VAR_CONFIG gives addresses to variables of instances.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ __all__ = ["located"]
 _ADDRESS = re.compile(r"%([IQM])([XBWDL]?)(\d+)(?:\.(\d+))?", re.IGNORECASE)
 _LETTERS = {0: "X", 1: "B", 2: "W", 4: "D", 8: "L"}
 _WIDTHS = {letter: width for width, letter in _LETTERS.items()}
-#: Possible types of a leaf of a structure, in addition to integers and bit strings.
+#: Types of a scalar in a located structure, in addition to integers and bit strings.
 _LEAVES = ("BOOL", "REAL", "LREAL")
 _WHOLE = re.compile(r"U?(SINT|INT|DINT|LINT)|BYTE|D?WORD|LWORD")
 #: Least size of a robot's input or output area [bytes] (manual chapter 1, 4).
@@ -98,7 +98,7 @@ def _symbols(
 
 
 def _parts(address: str, path: str, kind: Type) -> Iterator[Located]:
-    """Yield a variable, the elements of an array, or the fields of a structure."""
+    """Yield a located variable; for an array or structure, yield its elements or fields."""
     if isinstance(kind, ElementaryType):
         yield Located(address, path, kind)
         return
@@ -109,7 +109,10 @@ def _parts(address: str, path: str, kind: Type) -> Iterator[Located]:
 
 
 def _leaves(area: str, start: int, path: str, kind: Type) -> Iterator[Located]:
-    """Yield the variables from a byte on; types without a form on the wire are left out."""
+    """Yield the scalars of a located variable that begins at a byte.
+
+    Types that cannot be sent over a network are left out.
+    """
     if isinstance(kind, ArrayType):
         size = size_of(kind.element)
         ranges = [range(low, high + 1) for low, high in kind.bounds]
@@ -151,7 +154,7 @@ def _placed(open_ones: list[_Open], found: list[Located]) -> Iterator[Located]:
 
 
 def _bytes_of(one: Located) -> range:
-    """Return the bytes of a variable with an address."""
+    """Return the byte numbers that a variable with an address occupies."""
     parts = _ADDRESS.fullmatch(one.address)
     if parts is None:
         return range(0)

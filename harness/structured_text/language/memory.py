@@ -1,6 +1,6 @@
 """The functions of TwinCAT's library Tc2_System that copy and compare memory, and raise exceptions.
 
-Beckhoff InfoSys, PLC library Tc2_System: MEMCPY, MEMMOVE, MEMSET, MEMCMP, F_RaiseException.
+Source: Beckhoff InfoSys, PLC library Tc2_System: MEMCPY, MEMMOVE, MEMSET, MEMCMP, F_RaiseException.
 """
 
 from __future__ import annotations
@@ -35,21 +35,21 @@ _WITHOUT = ("ax", "logix", "openplc", "tia")
 
 
 def is_memory_function(key: str, expressions: Checking) -> bool:
-    """Return whether an upper-case name means such a function in the program."""
+    """Return whether an upper-case name is a memory function, and not declared by the program."""
     scope = expressions.scope
     known = key in NAMES and key not in scope.declarations.pous
     return known and scope.registry.dialect.name not in _WITHOUT
 
 
 def memory_result(key: str) -> Type:
-    """Return the type of the result; the empty type of a function without one."""
+    """Return the type of a function's result; the empty type if the function has no result."""
     if key == _RAISE:
         return ElementaryType("")
     return ELEMENTARY["DINT" if key == "MEMCMP" else "UDINT"]
 
 
 def memory_call(node: s.Call, expressions: Checking) -> t.Standard:
-    """Type a call, or raise InputError."""
+    """Check and type a call of a memory function, or raise InputError."""
     key = node.function.key
     scope = expressions.scope
     pins = NAMES[key]
@@ -80,7 +80,7 @@ def memory_call(node: s.Call, expressions: Checking) -> t.Standard:
 
 
 def _number(node: s.Expression, expressions: Checking) -> t.Expression:
-    """Type a number of bytes, a byte, or the code of an exception."""
+    """Check and type an argument that is a number of bytes, a byte, or an exception code."""
     kind = expressions.infer(node) or ELEMENTARY["UDINT"]
     if isinstance(kind, EnumType):
         kind = ELEMENTARY[kind.base]

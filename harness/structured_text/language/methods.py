@@ -23,19 +23,20 @@ _SECTIONS = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT")
 
 
 class Methods:
-    """The calls of methods in one POU; `expression_checker` uses it."""
+    """Checks the calls of methods in one POU; `expression_checker` uses this class."""
 
     def __init__(self, expressions: Checking) -> None:
         self._all = expressions
         self._scope = expressions.scope
         self._objects = expressions.scope.declarations.objects
-        # By `id` of the call. The value includes the call, so that its `id` is not reused.
+        # The key is the `id` of the call. The value includes the call, so that Python does not
+        # reuse this `id`.
         self._plain: dict[int, tuple[s.Invoke, s.Call | None]] = {}
 
     # --- names ---
 
     def this(self, at: s.Position, *, above: bool = False) -> t.This:
-        """Type `THIS^`; with `above`, type `SUPER^`: the same instance as a base block.
+        """Check and type `THIS^`; with `above`, `SUPER^`: the same instance as a base block.
 
         Raise InputError if there is no instance, or the block has no base.
         """
@@ -54,16 +55,16 @@ class Methods:
         return t.This(above_it.block)
 
     def is_own_property(self, key: str) -> bool:
-        """Return whether a bare name is a property of the block of this POU."""
+        """Return whether a name without a path is a property of the block of this POU."""
         pou = self._scope.block
         return pou is not None and self._objects.is_property(pou.block, key)
 
     def own_property(self, node: s.Name) -> t.CallMethod:
-        """Type the value of a property of the block itself."""
+        """Check and type the value of a property of the block itself."""
         return self._read(self.this(node.at), node)
 
     def property(self, base: t.Variable, name: s.Name, *, final: bool = False) -> t.Variable | None:
-        """Type the value of a property of a block or interface; None if there is none."""
+        """Check and type the value of a property of a block or interface; None if there is none."""
         if not self._objects.is_property(base.type, name.key):
             return None
         return self._read(base, name, final=final)
@@ -81,7 +82,7 @@ class Methods:
         return t.CallMethod(base, getter, final, (), (), (), getter.result.type)
 
     def setter(self, node: s.Variable) -> tuple[t.Expression, t.Pou, bool] | None:
-        """Return instance, SET and `final` of a written property; None for another variable.
+        """Return instance, SET and `final` of an assigned property; None for another variable.
 
         `final` is true if exactly the SET of this block is called (SUPER^).
         """
@@ -101,14 +102,14 @@ class Methods:
         if method is None:
             kind = self._all.variable(node).type
             if self._all.references.followed(t.This(kind)).type != kind:
-                return None  # The property returns a REFERENCE TO, so its target is written.
+                return None  # The property returns a REFERENCE TO: its target is written.
             raise self._scope.error(f"the property {name.text} has no SET", name.at)
         self._check_whole(method)
         self._check_access(method, name)
         return base, method, final
 
     def _is_plain(self, node: s.Field) -> bool:
-        """Return whether a variable is written with a namespace or with a list of globals."""
+        """Return whether a variable is named with its namespace, or with its list of globals."""
         base = node.base
         if self._is_space(base) or not isinstance(base, s.Name):
             return self._is_space(base)
@@ -116,7 +117,7 @@ class Methods:
         return self._scope.symbol(base.key) is None and node.name.key in known
 
     def symbol_of_this(self, node: s.Field) -> t.Use | None:
-        """Return the variable `x` of the block for `THIS^.x`; None for any other node."""
+        """Return the variable `x` that `THIS^.x` denotes; None for any other expression."""
         pou = self._scope.block
         if not isinstance(node.base, s.This) or pou is None:
             return None
@@ -139,8 +140,8 @@ class Methods:
         while isinstance(node, s.Field):
             parts.append(node.name.key)
             node = node.base
-            # Each step of a long path calls this method. Without the limit, the time would grow
-            # with the square of the length.
+            # Each step of a long path calls this method. Without a limit for the length of a path,
+            # the time would grow with the square of the length.
             if len(parts) > MOST_LEVELS:
                 return False
         if not isinstance(node, s.Name) or self._scope.symbol(node.key) is not None:
@@ -207,12 +208,12 @@ class Methods:
         return base, method, final
 
     def _method(self, kind: Type | None, key: str) -> t.Pou | None:
-        """Return a method of a block or interface, or an overload of it, or None."""
+        """Return a method of a block or interface, or one of the method's overloads, or None."""
         found = self._objects.method(kind, key)
         return found or next(iter(overloads(self._objects, kind, key).values()), None)
 
     def _is_elsewhere(self, name: s.Name) -> bool:
-        """Return whether a bare name is a list of globals, a program or a type."""
+        """Return whether a name before a dot is a list of globals, a program or a type."""
         declarations = self._scope.declarations
         if self._scope.symbol(name.key) is not None:
             return False
@@ -220,7 +221,7 @@ class Methods:
         return any(name.key in names for names in found)
 
     def _refuse_no_method(self, kind: BlockType | InterfaceType, callee: s.Field) -> None:
-        """Raise InputError unless the name is a pin or a property."""
+        """Raise InputError for a missing method, unless a pin or property has the name."""
         pins = [pin.name.upper() for pin in getattr(kind, "variables", ())]
         if callee.name.key in pins or self._objects.is_property(kind, callee.name.key):
             return
@@ -232,7 +233,7 @@ class Methods:
     def call(
         self, node: s.Call | s.Invoke | s.CallStatement, *, value: bool = True
     ) -> t.CallMethod | None:
-        """Type a call of a method; None if it calls something else.
+        """Check and type a call of a method; None if it calls something else.
 
         `value` says whether its result is used.
 
@@ -303,7 +304,7 @@ class Methods:
         return given
 
     def _target(self, argument: s.Argument, symbol: t.Symbol, method: t.Pou) -> t.Variable:
-        """Type the variable for a VAR_IN_OUT or an output."""
+        """Check and type the variable for a VAR_IN_OUT or an output."""
         value = argument.value
         if not isinstance(value, PLACES):
             text = f"{symbol.section} {symbol.name} of {method.name} needs a variable"

@@ -1,4 +1,4 @@
-"""Declarations of one name in several namespaces: each gets a name of its own.
+"""Gives declarations of the same name in several namespaces different names.
 
 All declarations of a program share one table of names. A name in a source denotes the declaration
 in the source's own namespace, else the declaration in a namespace that the source uses.
@@ -32,7 +32,7 @@ def separated(sources: Sequence[s.Source]) -> list[s.Source]:
 
 
 def _own(source: s.Source) -> str:
-    """Return the namespace that a source declares; empty if it declares none."""
+    """Return the namespace that a source declares; empty if the source has no NAMESPACE."""
     return next((one.name.key for one in source.namespaces if not one.used), "")
 
 
@@ -53,8 +53,8 @@ def _renamed(source: s.Source, several: dict[str, list[str]]) -> s.Source:
 
 
 def _with_names(node: Any, names: dict[str, str]) -> Any:
-    """Return a node in which each name in `names` has the suffix of its new name."""
-    if type(node) is tuple:  # not isinstance, because a Position is also a tuple
+    """Return a node in which each name gets the suffix that `names` has for this name."""
+    if type(node) is tuple:  # isinstance would also accept a Position, which is a tuple
         return tuple(_with_names(one, names) for one in node)
     if isinstance(node, s.Name):
         suffix = names.get(node.key.rpartition(".")[2], "")

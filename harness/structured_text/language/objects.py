@@ -7,11 +7,11 @@ from structured_text.language.types import BlockType, InterfaceType, Type
 
 __all__ = ["EXIT", "INIT", "INIT_PARAMETERS", "START", "Objects"]
 
-#: Names in CODESYS of the methods that start a block. They are composed here, because names of
-#: library blocks begin with the same prefix: a search for them must not find this module.
+#: Names in CODESYS of the methods that start a block. The names are composed here, because a search
+#: for library blocks, whose names begin with the same prefix, must not find this module.
 _BLOCK = "FB"
 INIT, START, EXIT = f"{_BLOCK}_init", f"{_BLOCK}_start", f"{_BLOCK}_exit"
-#: Number of the standard parameters of an `INIT`. Its other parameters follow them.
+#: Number of standard parameters, which stand before the other parameters of an `INIT`.
 INIT_PARAMETERS = 2
 
 
@@ -57,7 +57,7 @@ class Objects:
         return key in self.bases and base.name.upper() in self.closure(key)
 
     def derived(self, key: str) -> list[str]:
-        """Return the blocks that extend or implement it, directly or indirectly."""
+        """Return all direct and indirect extensions or implementations of a block or interface."""
         return [other for other in self.blocks if key in self.closure(other)]
 
     def method(self, kind: Type | None, key: str) -> Pou | None:
@@ -83,7 +83,7 @@ class Objects:
         return None
 
     def starters(self, key: str) -> list[Pou]:
-        """Return the `INIT` methods of a block and its bases, the most basic one first."""
+        """Return the `INIT` methods of a block and its bases; the most basic block comes first."""
         found = []
         while key:
             own = self.own.get(key, {}).get(INIT.upper())

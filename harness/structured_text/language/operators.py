@@ -40,7 +40,7 @@ DINT = ELEMENTARY["DINT"]
 
 
 class Operators:
-    """The operators in the expressions of one POU; `expression_checker` uses it."""
+    """Checks the operators in the expressions of one POU; `expression_checker` uses this class."""
 
     def __init__(self, expressions: Checking) -> None:
         self._expressions = expressions
@@ -73,10 +73,9 @@ class Operators:
         return self.common(one, other, op)
 
     def _check_common(self, one: Type, other: Type, at: s.Position) -> None:
-        """Refuse a pair of integer types without a common type.
+        """Refuse ULINT together with a signed type.
 
-        These are ULINT and a signed type, because neither holds all values of the other. Raise
-        InputError if there is no common type.
+        These types have no common type, because neither holds all values of the other.
         """
         a, b = type_name(one), type_name(other)
         if a in INT_RANGE and b in INT_RANGE and not common(a, b):
@@ -100,7 +99,7 @@ class Operators:
     def _with_number(
         self, op: str, kind: Type, node: s.Expression, want: Type | None
     ) -> Type | None:
-        """Return the type of an operation between a type and an untyped number."""
+        """Return the operand type for a typed value and an untyped number."""
         name, folded = type_name(kind), self._expressions.fold(node)
         if op not in LOGIC and op not in COMPARISONS:
             name = number_of(name) if name in ANY_BIT else name
@@ -129,7 +128,7 @@ class Operators:
         return left or right
 
     def unary(self, node: s.Unary, want: Type | None) -> t.Expression:
-        """Type `-x` or `NOT x`, or raise InputError."""
+        """Check and type `-x` or `NOT x`, or raise InputError."""
         kind = (
             _number_of_member(self._expressions.infer(node.operand))
             or want
@@ -176,7 +175,7 @@ class Operators:
         want: Type | None,
         at: s.Position,
     ) -> t.Expression:
-        """Type an operator with two operands; `at` is the position of the operator.
+        """Check and type an operator with two operands; `at` is the position of the operator.
 
         Raises:
             InputError: The operands have different types, or a type that the operator is not
@@ -219,7 +218,7 @@ class Operators:
         return self._shortened(long, found, want, s.Binary(op, left, right, at))
 
     def is_short(self, kind: Type) -> bool:
-        """Return whether an integer type is shorter than DINT, and calculated as a DINT here."""
+        """Return whether a type is shorter than DINT and the dialect calculates it as DINT."""
         name = type_name(kind)
         return (
             self._scope.registry.dialect.integers == "dint"
@@ -228,7 +227,7 @@ class Operators:
         )
 
     def lengthened(self, node: s.Expression) -> t.Expression:
-        """Type an operand, and all calculations in it, as DINT."""
+        """Check and type an operand, and all calculations in it, as DINT."""
         if id(node) not in self._long:
             self._long[id(node)] = self._lengthened(node)
         return self._long[id(node)]
@@ -300,7 +299,7 @@ class Operators:
     def _both(
         self, op: str, left: s.Expression, right: s.Expression, kind: Type, result: Type
     ) -> t.Binary:
-        """Type an operator whose operands both get one type."""
+        """Check and type an operator whose two operands get the same type."""
         one, other = (self._expressions.check(side, kind) for side in (left, right))
         calculated = _calculates(left) or _calculates(right)
         if op in COMPARISONS and calculated and self.is_short(self.number(kind)):
@@ -308,7 +307,10 @@ class Operators:
         return t.Binary(op, one, other, result)
 
     def _compared(self, op: str, kind: EnumType, left: s.Expression, right: s.Expression) -> Type:
-        """Return the type for a comparison with an enumeration; numbers are compared as numbers."""
+        """Return the operand type for a comparison with an enumeration.
+
+        An enumeration and a number are compared as numbers.
+        """
         for side in (left, right):
             found = self._expressions.infer(side)
             if type_name(found) in ANY_INT:
@@ -341,7 +343,7 @@ class Operators:
     def _moment(
         self, op: str, left: s.Expression, right: s.Expression, at: s.Position
     ) -> t.Expression:
-        """Type an operation with durations or dates.
+        """Check and type an operation with durations or dates.
 
         The standard defines + and - for them, and * and / of a duration by a number.
         """

@@ -1,4 +1,4 @@
-"""Methods for values of any type: one method for each type, and the call chooses between them.
+"""Overloaded methods: a block declares a method for each type, and a call chooses between them.
 
 A block that declares the methods `M__INT`, `M__BOOL` and so on can be called with `M(…)`: the types
 of the arguments choose. If the values have different types, `M__TYPES`, if it exists, is called
@@ -22,7 +22,7 @@ __all__ = ["overload", "overloads"]
 #: Separator between the name of a method and the type.
 _JOINT = "__"
 _TYPES = "TYPES"
-#: Types for untyped numbers.
+#: Types that decide the overload for an untyped number, without and with decimals.
 _WHOLE, _REAL = "DINT", "LREAL"
 
 _Node = s.Call | s.Invoke | s.CallStatement
@@ -71,7 +71,10 @@ def overload(node: _Node, methods: dict[str, t.Pou], expressions: Checking) -> t
 
 
 def _name_of(value: s.Expression, expressions: Checking) -> str:
-    """Return the name of a value's type, or of an enumeration's base type; empty for a number."""
+    """Return the name of a value's type.
+
+    An enumeration has the name of its base type. An untyped number has an empty name.
+    """
     kind = expressions.infer(value)
     if kind is None:
         return ""

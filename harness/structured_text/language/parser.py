@@ -66,7 +66,7 @@ def _optional(token: Token | None) -> s.Name | None:
 def _base_of(
     bases: Sequence[s.Name | s.NamedSpec] | None,
 ) -> tuple[s.Name | None, tuple[s.Expression, ...]]:
-    """Return the block that a block extends, and the values of its generic constants."""
+    """Return the base block, and the values of the base block's generic constants."""
     if not bases:
         return None, ()
     base = bases[0]
@@ -89,13 +89,13 @@ class _Detailed:
     items: tuple[tuple[s.Expression, s.Expression | None], ...]
 
     def of_type(self, builder: _Builder) -> s.EnumSpec:
-        """Return the enumeration with a base type that the parenthesis means in a TYPE."""
+        """Return the name with parentheses as an enumeration with a base type (inside a TYPE)."""
         members = [(item, value) for item, value in self.items if isinstance(item, s.Name)]
         base = s.NamedSpec(self.name, self.name.at)
         return builder.enumeration(members, base, self.name.at)
 
     def of_variable(self) -> s.NamedSpec:
-        """Return the block with initial arguments that the parenthesis means outside a TYPE."""
+        """Return the name with parentheses as a block with initial arguments (in a VAR section)."""
         arguments = tuple(
             s.Argument(item, value, False, item.at)
             if value is not None and isinstance(item, s.Name)
@@ -136,7 +136,7 @@ class _Builder(Statements):
         """Drop a part that could not be read."""
 
     def empty(self, *_: Any) -> None:
-        """Drop a semicolon that does not end a statement, or the END before it."""
+        """Drop a semicolon that does not end a statement or an END."""
 
     def qualified(self, *parts: Token) -> s.Name:
         return s.Name("".join(parts), position_of(parts[0]))
@@ -183,7 +183,7 @@ class _Builder(Statements):
         return s.ArraySpec(nodes_of(rest, s.Range), self._plain(rest[-1]), position_of(array))
 
     def _plain(self, spec: Any) -> Any:
-        """Return a type outside a TYPE; a parenthesis behind the name has initial arguments."""
+        """Return the type of a variable; parentheses behind its name hold initial arguments."""
         return spec.of_variable() if isinstance(spec, _Detailed) else spec
 
     def open_dimension(self, star: Token) -> s.Range:
@@ -195,7 +195,7 @@ class _Builder(Statements):
         return self.enumeration(members, self._plain(rest[-1]), position_of(left))
 
     def enumeration(self, members: Any, base: Any, at: s.Position) -> s.EnumSpec:
-        """Return the enumeration of pairs (name, value or None)."""
+        """Return an enumeration with these members; each is a pair (name, value or None)."""
         if any(value is not None for _, value in members):
             self.note("an enumeration with values", at)
         if base is not None:
@@ -253,7 +253,7 @@ class _Builder(Statements):
         return s.StructInit(nodes_of(rest, tuple), position_of(left))
 
     def _headed(self, rest: tuple[Any, ...]) -> None:
-        """Note a semicolon behind the first line of a POU."""
+        """Note a superfluous semicolon behind the first line of a POU."""
         for token in rest[:1]:
             if isinstance(token, Token) and token.type == "SEMICOLON":
                 self.note("a ; behind the name of a POU", position_of(token))
@@ -301,7 +301,7 @@ class _Builder(Statements):
         return place
 
     def _refused(self, text: str, at: s.Position, hint: str) -> None:
-        """Report a mistake that the grammar accepts."""
+        """Report a mistake that the grammar itself does not find."""
         self.errors.append(
             InputError(text, file=self.file, line=at.line, column=at.column, hint=hint)
         )
@@ -380,7 +380,7 @@ class _Builder(Statements):
         self.note("a PROPERTY", position_of(word))
         found: dict[str, s.Method] = {}
         for one in nodes_of(rest, s.Method):
-            # An accessor may be less accessible than its property.
+            # GET or SET may have a more restrictive access word than their property.
             own = one.words if set(one.words) & _ACCESS else ()
             found[one.name.text] = replace(
                 one,
@@ -509,7 +509,7 @@ _TABLES = "grammar.tables"
 
 
 class _NoLexer(Lexer):
-    """A lexer without tokens for lark. The tokens come from `lexer.tokens`."""
+    """An empty lexer, because lark requires a lexer. The tokens come from `lexer.tokens`."""
 
     def __init__(self, lexer_conf: Any) -> None:
         del lexer_conf
@@ -538,8 +538,8 @@ def _parser() -> tuple[Lark, _Builder]:
     if kept is None:
         return make(), builder
     before: bytes | None = None
-    # lark unpickles its cache file, which can execute code. It therefore gets a copy of a cache
-    # entry that `cache` has verified as written by this user.
+    # lark unpickles its cache file, which can execute code. Therefore lark gets a copy of a cache
+    # entry, after `cache` has verified that this user has written the entry.
     with TemporaryDirectory(prefix=f"{COMMAND}-") as folder:
         tables = Path(folder, _TABLES)
         with suppress(OSError, ValueError):
@@ -639,14 +639,14 @@ def _named(
     """Return the declarations with names for global lists and with members in their POUs.
 
     A list of globals is named after its file. An ACTION, METHOD or PROPERTY behind a POU or
-    INTERFACE belongs to it; `errors` receives an error for each of these without a POU or
-    INTERFACE.
+    INTERFACE belongs to it; `errors` receives an error for each of these elements that follows
+    neither a POU nor an INTERFACE.
     """
     result: list[Any] = []
     for one in declarations:
         if isinstance(one, s.Namespace):
             continue
-        if isinstance(one, (s.Method, s.Property)):  # it follows the POU that it belongs to
+        if isinstance(one, (s.Method, s.Property)):  # the element belongs to the POU before it
             if result and isinstance(result[-1], (s.Pou, s.Interface)):
                 result[-1] = replace(result[-1], members=(*result[-1].members, one))
             else:

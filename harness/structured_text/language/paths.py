@@ -26,9 +26,9 @@ class Resolved:
         path: The path with names as they are declared.
         root: Name of the program instance, or of the global variable.
         is_global: Whether `root` is a global variable.
-        steps: The steps from the root to the variable.
+        steps: The member names and element positions that lead from the root to the variable.
         address: Direct address of the variable, or of the located variable that contains it.
-        inside: The steps from the located variable to this one.
+        inside: The steps that lead from the located variable to this variable.
     """
 
     path: str
@@ -109,7 +109,7 @@ def _root(project: Project, name: str) -> Resolved | None:
 
 
 def _listed(project: Project, name: str, variable: str) -> Resolved | None:
-    """Return the global variable behind the name of its list; None if there is no such list."""
+    """Return the global variable that is written with its list; None if there is no such list."""
     found = project.lists.get(name.upper())
     if found is None:
         return None

@@ -2,8 +2,8 @@
 
 A task is a folder. Its `.st` files have the programs `_INIT`, which runs once before the first
 scan, `_CYCLIC`, which runs in every scan, and `_EXIT`, which runs when the task is removed. Its
-`.var` files have the variables that the three share, `.typ` files have types, and `.fun` files the
-heads of functions whose bodies are in `.st` files.
+`.var` files have the variables that all three programs share, `.typ` files have types, and `.fun`
+files the heads of functions whose bodies are in `.st` files.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ __all__ = ["joined"]
 
 _INIT, _CYCLIC, _EXIT = _PHASES = ("_INIT", "_CYCLIC", "_EXIT")
 _HEADS = ".fun"
-#: Name of the flag of the first scan.
+#: Name of the variable that is TRUE as soon as `_INIT` has run.
 _DONE = "_INIT_DONE"
 
 
@@ -95,7 +95,7 @@ class _Task:
         self._file = next((source.file for pou, source in found if pou is self.first), folder)
 
     def uses(self, source: s.Source) -> tuple[Use, ...]:
-        """Return the constructs of a source, and the construct of the joined program."""
+        """Return the constructs of a source that are not portable, including the joined program."""
         if self.first is None or not any(one is self.first for one in source.declarations):
             return source.uses
         use = Use("a program of _INIT and _CYCLIC", source.file, self.first.at)
@@ -140,7 +140,7 @@ class _Task:
 
 
 def _globals(node: s.Pou, file: Path) -> list[s.GlobalList]:
-    """Return the variables of a `.var` file that belongs to no task: they are global."""
+    """Return the variables of a `.var` file outside of any task as global variables."""
     return [
         s.GlobalList(s.Name(file.stem, one.at), replace(one, kind="VAR_GLOBAL"), one.at)
         for one in node.sections

@@ -1,4 +1,4 @@
-"""The portability rules of the library that a type checker does not know.
+"""The portability rules that a type checker cannot find; they bind the library.
 
 Each rule comes from a difference between real compilers: matiec, STruC++, IronPLC, RuSTy, CODESYS
 and TwinCAT do not all accept the construct, or do not all treat it alike. The rules are binding for
@@ -52,7 +52,7 @@ class LintFinding:
     strict: bool
 
     def __str__(self) -> str:
-        """Return the finding as compilers print it."""
+        """Return the finding as a line of text, in the form of compiler messages."""
         kind = "rule" if self.strict else "warning"
         return f"{self.file}:{self.at.line}:{self.at.column}: {kind}: {self.text}"
 
@@ -78,7 +78,7 @@ def lint(
         The findings, in the order of the files and of their lines.
     """
     # The key must also distinguish which files belong to the library. This module's own file
-    # separates the groups, since it is never one of them.
+    # separates the groups in the list, because it is in neither group.
     whose = [_HERE, *(file for file in files if file in library), _HERE]
     key = cache.sources_key((*files, *whose, *context, *([_HERE] if binding else [])))
     key = key and f"{key}-{prefix}"
@@ -129,11 +129,9 @@ def _lint(
 def unportable(uses: Sequence[Use], library: Collection[Path] = ()) -> list[LintFinding]:
     """Return findings for the constructs beyond the portable subset.
 
-    In files of `library` each construct is a violation.
-
     Returns:
-        For the library every construct. For other files one warning per construct, at its first
-        place.
+        For files in `library`, a violation for every use of a construct. For other files, one
+        warning per construct, at its first use.
     """
     findings = []
     places: dict[tuple[Path, str], list[Use]] = {}
@@ -155,7 +153,7 @@ _Found = Iterator[tuple[s.Position, str]]
 def _library(source: s.Source, prefix: str) -> _Found:
     """Yield violations of the library's rules: one declaration per file, named after the file.
 
-    The names of its types begin with the prefix.
+    All names of types must begin with the prefix of the library.
     """
     for extra in source.declarations[1:]:
         yield extra.at, "a second declaration; the library has one per file"
@@ -351,10 +349,10 @@ def _promoted(side: s.Expression) -> _Found:
 
 
 _LONGEST = 100
-#: Escapes of quotes, at which some compilers end the text; `$$` is not one of them.
+#: Matches escaped quotes, at which some compilers end the text, and also `$$`, which is harmless.
 _QUOTE = re.compile(r"\$(?:([\'\"])|.)")
-#: A line with a single text, which may be longer because it cannot be broken. Each byte may be an
-#: escape such as `$E3`.
+#: Matches a line with a single text. The line may be longer, because the text cannot be broken.
+#: Each byte may be an escape such as `$E3`.
 _ONE_TEXT = re.compile(r"\s*[\w.]+ := '(?:\$[0-9A-F]{2}|[^$'])+';")
 
 

@@ -28,7 +28,7 @@ _HEADS = frozenset(("WORD", "FINAL", "ABSTRACT"))
 
 
 def with_names(found: list[Token], file: Path, uses: list[Use]) -> list[Token]:
-    """Return the tokens of a source with literals instead of the calls of both operators.
+    """Replace the calls of both operators in the tokens of a source by literals.
 
     `uses` receives a note for each call. A list of global variables is named after its file.
     """
@@ -78,5 +78,5 @@ def _replaced(found: list[Token], file: Path, uses: list[Use]) -> Iterator[Token
 
 
 def _name_behind(rest: Iterable[Token]) -> str:
-    """Return the name behind a word such as METHOD and its access words."""
+    """Return the name of the element that a word such as METHOD begins, behind the access words."""
     return next((str(token) for token in rest if token.type not in _HEADS), "")

@@ -68,7 +68,7 @@ def _list(nodes: tuple[Any, ...]) -> str:
 
 
 def _checked(node: Any) -> str:
-    """Return the text of a node that only the checked tree has."""
+    """Return the text of a node of a kind that occurs only in the checked tree."""
     if isinstance(node, t.Constant):
         return _constant(node)
     if isinstance(node, t.Use):
@@ -110,7 +110,7 @@ def _checked(node: Any) -> str:
         word = "INTERFACE" if isinstance(node.target.type, InterfaceType) else "POINTER"
         given = f"{expression_text(node.source)}, {expression_text(node.target)}"
         return f"__QUERY{word}({given})"
-    assert isinstance(node, t.CallMethod), node  # the callers refuse other parsed nodes
+    assert isinstance(node, t.CallMethod), node  # the callers pass no other kind of node
     _, name, *accessor = node.method.name.split(".")
     called = f"{'SUPER^' if node.final else expression_text(node.instance)}.{name}"
     return called if accessor else f"{called}({_list(node.arguments)})"

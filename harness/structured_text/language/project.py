@@ -55,16 +55,16 @@ class Project:
         files: The files, each after the files that it needs (as matiec requires).
         units: The declarations, each after the declarations that it needs.
         types: Structures, arrays, enumerations and aliases by upper-case name.
-        blocks: Function blocks and programs of the sources, and the standard blocks they use,
-            by upper-case name.
+        blocks: Function blocks and programs of the sources, and the standard blocks they use, by
+            upper-case name.
         pous: Functions, blocks and programs with their checked bodies, by upper-case name, each
             after those that it calls.
         initial: Complete initial value of every type in `types`, by upper-case name.
         instances: Program instances by name in order of declaration. Sources without a
-            CONFIGURATION and with exactly one PROGRAM have one, named `Main`.
+            CONFIGURATION and with exactly one PROGRAM have one instance, named `Main`.
         configured: Whether the sources have a CONFIGURATION.
         globals: Global variables by upper-case name, with their declared name and type.
-        global_symbols: The same with initial values.
+        global_symbols: Global variables by upper-case name, with their initial values.
         lists: Lists of globals by upper-case name: the key in `globals` for each variable's name.
         located: Directly represented variables in order of declaration.
         tasks: Tasks in order of declaration.
@@ -72,10 +72,10 @@ class Project:
         schedule: Program instances in the order in which they run within a scan.
         objects: The inheritance between blocks and interfaces, and their methods.
         views: Whether memory is read as another type, by pointers or in a UNION.
-        key: Key of the sources and their contents for `language.cache`; empty if results must
-            not be cached.
+        key: Key of the sources and their contents for `language.cache`; empty if results must not
+            be cached.
         uses: Constructs beyond the portable subset.
-        dialect: Name of the dialect (`language.dialects`) in which it was read.
+        dialect: Name of the dialect (`language.dialects`) in which the project was read.
     """
 
     files: tuple[Path, ...]

@@ -24,7 +24,7 @@ from structured_text.output.limits import MOST_MISTAKES
 
 __all__ = ["AT_END", "read_tokens"]
 
-#: End of the hint for a group that has no end in the file.
+#: Last words of the hint about a group of statements that has no END up to the end of the file.
 AT_END = "the end of the file"
 
 _SPELLING = {name: f"'{text}'" for text, name in PUNCTUATION.items()}
@@ -36,7 +36,7 @@ _OPENERS = {
     word: f"END_{word}" for word in ("IF", "CASE", "FOR", "WHILE", "REPEAT", "STRUCT", "UNION")
 }
 _CLOSERS = frozenset(_OPENERS.values())
-#: Words that end the group with the mistake.
+#: Words that end the group of statements or declarations in which a mistake is.
 _GROUP_ENDS = _CLOSERS | frozenset(
     (
         *("ELSE", "ELSIF", "UNTIL", "END_VAR", "END_TYPE", "END_ACTION", "ACTION"),
@@ -53,7 +53,7 @@ _GROUP_ENDS = _CLOSERS | frozenset(
         ),
     )
 )
-#: Reserved words that begin no group. At an unexpected place they were meant as names.
+#: Reserved words that begin no group. If such a word is unexpected, the user meant it as a name.
 _RESERVED = frozenset(
     word
     for word in KEYWORDS
@@ -82,9 +82,9 @@ _WITH_END = ("FUNCTION_BLOCK", "FUNCTION", "PROGRAM", "TYPE")
 _MEMBERS = ("METHOD", "PROPERTY")
 #: Words that end a condition or the head of a statement.
 _HEAD_ENDS = ("THEN", "DO", "OF")
-#: Words of a FOR in other languages, each with the right token and the text to write.
+#: Words of a FOR in other languages, each with the correct token and the text to write.
 _OF_FOR = {"STEP": "BY", "UNTIL": "TO"}
-#: Tokens that continue a name in a statement, and not in a declaration.
+#: Tokens that can follow a name in a statement, but not in a declaration.
 _OF_STATEMENTS = ("ASSIGN", "LPAR", "DOT", "LSQB", "CARET")
 _POU_ENDS = ("END_PROGRAM", "END_FUNCTION_BLOCK", "END_FUNCTION")
 
@@ -185,7 +185,7 @@ class _Run:
         return at
 
     def _replaced(self, message: str, token: Token, kind: str, text: str, at: int) -> int:
-        """Report a token, and continue with the one that was meant."""
+        """Report a wrong token, and continue with the correct token in its place."""
         self._errors.append(self._error(message, token, f"write {text}"))
         self._state.feed_token(Token.new_borrow_pos(kind, text, token))
         return at + 1
@@ -334,7 +334,7 @@ class _Run:
         return [one for one in values if isinstance(one, Token) and one.type in _OPENERS]
 
     def _unclosed(self, token: Token, at: int) -> Token | None:
-        """Return the innermost open group if this token shows that the group lacks its end."""
+        """Return the innermost open group if this token shows that its END is missing."""
         accepted = self._parser.accepts()  # type: ignore[no-untyped-call]
         if "END_VAR" in accepted:
             starts = token.type in _STATEMENTS or token.type in _SECTIONS
@@ -349,7 +349,7 @@ class _Run:
         return opened[-1] if self._ends_pou(token, at) else None
 
     def _is_wrong(self, token: Token) -> bool:
-        """Return whether a token ends a group of a kind that is not open."""
+        """Return whether a token ends a group that is not open, such as END_IF without IF."""
         ends = [_OPENERS[one.type] for one in self._opened()]
         return token.type in _CLOSERS and token.type not in ends
 
@@ -403,7 +403,7 @@ class _Run:
 
     @staticmethod
     def _ended(token: Token, before: Token) -> bool:
-        """Return whether there is a semicolon, or none is needed here."""
+        """Return whether a statement is complete: it has a semicolon, or needs none."""
         return "SEMICOLON" in (token.type, before.type) or before.type in _NOTHING_BEFORE
 
     def _ends_here(self, token: Token, before: Token) -> bool:
@@ -413,7 +413,7 @@ class _Run:
         if _is_declaration(token, before) or before.type == "RETURN":
             return False
         if token.type == "COLON" or before.upper() in (*_INSTRUCTION_LIST, "JMP", "GOTO"):
-            # This is a label, a jump or an instruction, and not a statement without its semicolon.
+            # The words are a label, a jump or an instruction, and no semicolon is missing.
             return False
         return not self._ended(token, before)
 
@@ -422,9 +422,10 @@ class _Run:
         return set(states[self._state.state_stack[-1]])
 
     def _takes_error(self) -> bool:
-        """Return whether ERROR may stand here.
+        """Return whether the parser accepts the token ERROR in its present state.
 
-        The table alone is not enough: it also lists ERROR if a later reduction would fail.
+        The parser table alone is not sufficient: it lists ERROR even if a later reduction would
+        fail.
         """
         if "ERROR" not in self._acceptable():
             return False

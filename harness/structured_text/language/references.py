@@ -39,7 +39,7 @@ __all__ = ["FUNCTIONS", "PLACES", "References", "place_of"]
 
 #: Nodes that are written as a variable.
 PLACES = (s.Name, s.Field, s.Index, s.Dereference, s.This)
-#: The functions that this module types. Those in `_REFUSED` are not supported.
+#: The functions whose calls this module checks. The functions in `_REFUSED` are not supported.
 FUNCTIONS = ("ADR", "REF", "__ISVALIDREF", "__QUERYINTERFACE", "__QUERYPOINTER")
 _QUERY = "IQueryInterface"
 _REFUSED = {
@@ -52,7 +52,7 @@ _REFUSED = {
 
 
 class References:
-    """The pointers and references of one POU; `expression_checker` uses it."""
+    """Checks the pointers and references of one POU; `expression_checker` uses this class."""
 
     def __init__(self, expressions: Checking) -> None:
         self._all = expressions
@@ -66,7 +66,7 @@ class References:
         return found
 
     def deref(self, node: s.Dereference) -> t.Deref:
-        """Type `pointer^`, or raise InputError."""
+        """Check and type `pointer^`, or raise InputError."""
         base = self._all.base(node.base)
         kind = base.type
         if not isinstance(kind, ReferenceType):
@@ -80,7 +80,7 @@ class References:
         return t.Deref(base, _target(kind))
 
     def element(self, base: t.Variable, node: s.Index) -> t.Deref:
-        """Type `pointer[i]`: the element `i` positions behind the target of the pointer."""
+        """Check and type `pointer[i]`: the element `i` positions behind the pointer's target."""
         kind = base.type
         assert isinstance(kind, ReferenceType)
         if len(node.indices) != 1:
@@ -99,7 +99,7 @@ class References:
     # --- values for a pointer, reference or interface ---
 
     def wanted(self, node: s.Expression, want: ReferenceType | InterfaceType) -> t.Expression:
-        """Type an expression where a pointer, reference or interface is required.
+        """Check and type an expression where a pointer, reference or interface is required.
 
         Raise InputError if the expression has another type, or points to another type.
         """
@@ -138,7 +138,8 @@ class References:
     def _is_smaller(self, node: s.Expression, want: ReferenceType) -> bool:
         """Return whether the target of a pointer is smaller than the wanted target.
 
-        The offset is then counted in the smaller type: the pointer is moved before it is recast.
+        If so, the offset counts elements of the smaller type, and the pointer is moved before its
+        type is changed.
         """
         kind = self._all.infer(node)
         if not isinstance(kind, ReferenceType):
@@ -147,7 +148,10 @@ class References:
         return have is not None and need is not None and have < need
 
     def _bound(self, node: s.Expression) -> t.Expression:
-        """Return a reference to a variable; for a REFERENCE TO the reference itself."""
+        """Return a reference to a variable.
+
+        If the variable is the target of a REFERENCE TO, return this reference itself.
+        """
         found = self._all.check(node, None)
         place = place_of(found)
         if place is None:
@@ -194,7 +198,7 @@ class References:
         )
 
     def _are_strangers(self, one: ReferenceType, other: ReferenceType) -> bool:
-        """Return whether two pointers lead to unrelated blocks: neither extends the other."""
+        """Return whether two pointers lead to unrelated blocks: neither block extends the other."""
         first, second = _target(one), _target(other)
         objects = self._scope.declarations.objects
         blocks = isinstance(first, BlockType) and isinstance(second, BlockType)
@@ -210,7 +214,7 @@ class References:
     def characters(self, base: t.Variable, at: s.Position) -> t.Variable:
         """Return the characters of a text as an array of BYTE or WORD, from index 0.
 
-        In the dialects of Siemens they are CHAR or WCHAR, from index 1.
+        In the dialects of Siemens the characters are CHAR or WCHAR, from index 1.
 
         Raise InputError if the text is not a variable but the result of a call.
         """
@@ -231,7 +235,7 @@ class References:
         return t.Deref(t.Recast(_to(base, "POINTER"), ReferenceType("POINTER", row)), row)
 
     def generic(self, node: s.Expression, want: StructType) -> t.Expression:
-        """Type the argument of an input that is ANY: pointer, size and class of a variable.
+        """Check and type the argument of an ANY input: pointer, size and class of a variable.
 
         Raise InputError for a value, a variable without known bytes, or a type of another group.
         """
@@ -266,7 +270,7 @@ class References:
         return kind.name if kind.name in GROUPS else "ANY"
 
     def made(self, node: s.Call, want: Type) -> tuple[t.Expression, tuple[s.Argument, ...] | None]:
-        """Type `__NEW(type)` or `__NEW(type, count)`, which is assigned to a pointer.
+        """Check and type `__NEW(type)` or `__NEW(type, count)`, which is assigned to a pointer.
 
         Returns:
             The pointer, and the arguments for the `INIT` of a block, if the type has them.
@@ -298,7 +302,7 @@ class References:
                 text = f"a count must be an integer, not a {describe(index)}"
                 raise self._scope.error(text, size.at)
             count = self._all.check(size, index)
-        # The generated code needs the global data, in which the new variables are listed.
+        # The generated code needs the global data, because the new variables are registered in it.
         self._scope.pou.clock = True
         found = t.New(kind, initial, count, ReferenceType("POINTER", kind))
         pou = self._scope.declarations.pous.get(kind.name.upper())
@@ -322,7 +326,7 @@ class References:
         return s.NamedSpec(plain, plain.at), call.arguments
 
     def deleted(self, node: s.CallStatement) -> t.Delete:
-        """Type `__DELETE(pointer)`, or raise InputError."""
+        """Check and type `__DELETE(pointer)`, or raise InputError."""
         self._scope.note("__NEW or __DELETE", node.at)
         value = node.arguments[0].value if len(node.arguments) == 1 else None
         self._scope.pou.clock = True
@@ -334,7 +338,7 @@ class References:
         return t.Delete(found, ElementaryType(""))
 
     def query(self, node: s.Call) -> t.Query:
-        """Type __QUERYINTERFACE and __QUERYPOINTER, or raise InputError."""
+        """Check and type __QUERYINTERFACE and __QUERYPOINTER, or raise InputError."""
         name, objects = node.function.key, self._scope.declarations.objects
         if len(node.arguments) != 2:
             text = f"{name} takes 2 arguments, not {len(node.arguments)}"
@@ -399,7 +403,7 @@ class References:
         return BOOL
 
     def call(self, node: s.Call) -> t.Expression:
-        """Type a call of ADR, REF, __ISVALIDREF or a function of memory."""
+        """Check and type a call of ADR, REF, __ISVALIDREF or a function of memory."""
         if node.function.key in NAMES:
             return memory_call(node, self._all)
         if node.function.key in ("ADR", "REF"):
@@ -410,7 +414,8 @@ class References:
         found = self._all.place(argument) if isinstance(argument, PLACES) else None
         passed = isinstance(found, t.Use) and found.symbol.section == "VAR_IN_OUT"
         if isinstance(found, t.Use) and found.symbol.passed:
-            return t.Constant(True, BOOL)  # The caller has passed a variable or a value.
+            # The caller has passed a variable or a value, so the VAR_IN_OUT is valid.
+            return t.Constant(True, BOOL)
         if found is None or not (passed or isinstance(found.type, ReferenceType)):
             text = "__ISVALIDREF needs a variable of REFERENCE TO, or a VAR_IN_OUT"
             hint = "compare a pointer or an interface with 0"
@@ -443,9 +448,10 @@ class References:
     def compared(
         self, op: str, left: s.Expression, right: s.Expression, at: s.Position
     ) -> t.Expression | None:
-        """Type the comparison of pointers or interfaces; None if neither side is one.
+        """Check and type the comparison of pointers or interfaces; None for other operands.
 
-        Pointers to data also have < > <= >=, interfaces and others only = and <>.
+        Pointers to data can be compared with = <> < > <= >=. All others can be compared with = and
+        <> only.
         """
         sides = [side for side in (left, right) if not is_null(side)]
         kinds = [self._all.infer(side) for side in sides]
@@ -463,7 +469,7 @@ class References:
     def moved(
         self, op: str, left: s.Expression, right: s.Expression, at: s.Position
     ) -> t.Expression:
-        """Type pointer + bytes and pointer - bytes.
+        """Check and type pointer + bytes and pointer - bytes.
 
         Raises:
             InputError: The operator is not + or -, or the size of the target's type is unknown.
@@ -506,7 +512,7 @@ def _target(kind: ReferenceType) -> Type:
 
 
 def place_of(found: t.Expression) -> t.Variable | None:
-    """Return a variable that a pointer can lead to; None for a value."""
+    """Return the expression if it is a variable that a pointer can lead to; None for a value."""
     part = found
     while isinstance(part, (t.Member, t.Index)):
         part = part.base

@@ -18,11 +18,12 @@ from structured_text.output.limits import MOST_LEVELS
 
 __all__ = ["ConsequenceError", "Declared", "Registry", "base_name", "last_name"]
 
-#: Nodes that create no dependency. A pointer may lead back to its own type, and a method may use
-#: a block that contains the method's own block.
+#: Nodes that create no dependency between declarations. A pointer may lead back to the type that
+#: contains it. A method may use a block that contains the method's own block.
 _LATER = (s.PointerSpec, s.Method, s.Property)
 
-#: Vendor libraries with standard elements. Their names may stand before these elements.
+#: Vendor libraries with standard elements. A program may write the library's name before such an
+#: element.
 _LIBRARIES = (
     "__SYSTEM",
     "STANDARD",
@@ -35,7 +36,7 @@ _LIBRARIES = (
 
 
 class ConsequenceError(InputError):
-    """An error that is only the consequence of another, reported error."""
+    """An error that is only the consequence of another error, which has been reported."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ class Declared:
 
     @property
     def is_system(self) -> bool:
-        """Return whether the tool has this declaration, and not the user; it belongs to no file."""
+        """Return whether the declaration is built in, and not from a file of the user."""
         return str(self.file) == _LIBRARIES[0]
 
     def error(self, message: str, at: s.Position, hint: str = "") -> InputError:
@@ -153,7 +154,7 @@ class Registry:
             self.pous[key] = declared
 
     def _overloads(self, declared: Declared, earlier: Declared) -> bool:
-        """Add a function with the name of another one; return False if that is not allowed."""
+        """Add a function with the name of another function; return False if that is illegal."""
         node, other = declared.node, earlier.node
         if self.dialect.name != "ax" or not isinstance(node, s.Pou) or not isinstance(other, s.Pou):
             return False
@@ -189,7 +190,7 @@ class Registry:
                 )
 
     def incomplete(self, key: str) -> bool:
-        """Return whether a base or interface of a block is missing in these sources."""
+        """Return whether a base or interface of a block is not declared in these sources."""
         seen: set[str] = set()
         while key and key not in seen:
             seen.add(key)
@@ -205,7 +206,7 @@ class Registry:
         return bool(key)
 
     def is_reachable(self, name: s.Name) -> bool:
-        """Return whether a name has no namespace, or one that the program or a library declares.
+        """Return whether a name has no namespace, or a namespace of the program or a library.
 
         A library may have its own libraries: `Library.Inner.Name`.
         """
@@ -220,7 +221,7 @@ class Registry:
             raise where.error(f"there is no namespace {space}", name.at, hint)
 
     def variable_clash(self, key: str) -> str:
-        """Return why a variable should not have this name; empty if it can."""
+        """Return the reason why a variable should not have this name; empty if there is none."""
         if reserved(key) and key not in ("T", "D", "SEMA", "RTC", "PID", "RAMP"):
             return "is the name of a standard element"
         if key in self.types:
@@ -305,7 +306,7 @@ class Registry:
 
 
 def _nameless(at: s.Position) -> s.GlobalList:
-    """Return an empty declaration for the entries of VAR_CONFIG."""
+    """Return a declaration without a name, to which errors in VAR_CONFIG belong."""
     return s.GlobalList(s.Name("", at), s.Section("VAR_CONFIG", "", (), at), at)
 
 

@@ -57,8 +57,7 @@ from structured_text.output.limits import MOST_LEVELS
 __all__ = ["Types", "default_scalar", "fills", "is_null"]
 
 
-#: A pointer with a target that is not resolved yet, and the names that are known at its
-#: declaration.
+#: A pointer whose target is not resolved yet, with the names that are known at its declaration.
 _Unlinked = tuple[
     ReferenceType,
     s.TypeSpec,
@@ -66,7 +65,7 @@ _Unlinked = tuple[
     MutableMapping[str, Symbol],
     list[tuple[s.Section, Declared]],
 ]
-#: Sizes of integers [bits], with the letter of their types.
+#: Sizes of integers [bits], with the first letter of their types: SINT, INT, DINT, LINT.
 _SIZES = ((8, "S"), (16, ""), (32, "D"), (64, "L"))
 #: Names of types in other languages, with the type of IEC 61131-3 that is meant.
 _OTHER_NAMES = {
@@ -91,13 +90,13 @@ class Types:
 
     Attributes:
         types: Structures, arrays, enumerations and aliases by upper-case name.
-        initial: The initial value of each of them.
+        initial: The initial value of each type in `types`.
         blocks: Function blocks and programs by upper-case name.
         pous: Functions, blocks and programs by upper-case name.
         globals: Global variables by upper-case name.
         lists: Lists of globals: for each variable's upper-case name its key in `globals`.
         local: Variables of the POU that is being declared.
-        sections: The sections of that POU.
+        sections: The sections of the POU that is being declared.
         views: Whether memory is read as another type; see `Project`.
         extents: The sizes of types, for the limits.
         extended: The structure that a structure extends, by upper-case name.
@@ -127,7 +126,7 @@ class Types:
         while self._unlinked:
             reference, spec, where, local, sections = self._unlinked.pop()
             before = self.local, self.sections
-            # The bounds of an array may be constants of the block.
+            # The target may be an array whose bounds are constants of the block.
             self.local, self.sections = local, sections
             try:
                 reference.target, _ = self.resolve(spec, where)
@@ -203,7 +202,7 @@ class Types:
             if value is None:
                 values.append(values[-1] + 1 if values else 0)
                 continue
-            # The value may use the members before it.
+            # The value of a member may use the members before it.
             earlier = EnumType(name, names[: len(values)], tuple(values), base.name)
             lookup = self._looking(where, earlier)
             found_value = constant(value, base, self.types, where, lookup).value
@@ -258,7 +257,7 @@ class Types:
         return kind, values
 
     def any_type(self, spec: s.TypeSpec, where: Declared) -> tuple[Type, Any] | None:
-        """Return type and initial value of an input that is ANY or ANY_INT; None for others."""
+        """Return type and initial value of an ANY or ANY_INT input; None for other types."""
         key = spec.name.key if isinstance(spec, s.NamedSpec) else ""
         if key not in GROUPS or key in self.registry.types:
             return None
@@ -271,7 +270,7 @@ class Types:
         return named, self.initial[ANY_TYPE]
 
     def is_bit(self, spec: s.TypeSpec, where: Declared) -> bool:
-        """Return whether a field, or a variable of a block, is a BIT; note it."""
+        """Return whether a field or a block's variable has the type BIT, and note the construct."""
         found = isinstance(spec, s.NamedSpec) and spec.name.key == "BIT"
         if not found or "BIT" in self.registry.types:
             return False
@@ -461,7 +460,7 @@ class Types:
                 return self._global_constant(key)
             return self._of_block(node) or self._pending(node.name.key)
         if isinstance(node, s.Field) and isinstance(node.base, s.Field):
-            return self.lookup(replace(node, base=node.base.name))  # the first name is a namespace
+            return self.lookup(replace(node, base=node.base.name))  # drop the leading namespace
         if isinstance(node, s.Call):
             return self._called(node)
         if not isinstance(node, s.Name):
@@ -524,7 +523,7 @@ class Types:
         return Constant(found.value, ELEMENTARY[pair[1]], True) if fits else None
 
     def _looking(self, where: Declared, earlier: EnumType) -> Callable[..., Constant | None]:
-        """Return a lookup that also finds members of an enumeration under construction."""
+        """Return a lookup that also finds members of the enumeration being resolved."""
 
         def lookup(node: s.Expression) -> Constant | None:
             names = [one.upper() for one in earlier.members]
@@ -565,7 +564,7 @@ class Types:
         return self._listed
 
     def _declared_constant(self, key: str) -> Constant | None:
-        """Return a constant of sections that are not declared yet."""
+        """Return the value of a constant in sections whose variables are not declared yet."""
         for section, declared in self.sections:
             for name, variable in _constants(section):
                 if name == key:
@@ -612,8 +611,8 @@ class Types:
     ) -> Any:
         """Return a complete initial value.
 
-        The value of a scalar is a scalar, of an array a flat list, of a structure a dict by
-        declared field name. The value of a block is a dict of the given variables, or None.
+        The value is a scalar for a scalar, a flat list for an array, and a dict by declared field
+        name for a structure. For a block, it is a dict of the given variables, or None.
 
         Args:
             node: The initial value as written.
@@ -705,7 +704,7 @@ class Types:
         return self.initial_value(variable.initial, kind, declared, default)
 
     def _plain_value(self, kind: Type) -> Any:
-        """Return the initial value of a type."""
+        """Return the initial value of a variable of this type that is declared without a value."""
         if isinstance(kind, ElementaryType):
             return default_scalar(kind)
         if isinstance(kind, ArrayType):
@@ -739,7 +738,7 @@ class Types:
         kind: ArrayType,
         where: Declared,
     ) -> list[s.Init | None]:
-        """Return the values of all elements; None for an element with its default."""
+        """Return the values of all elements; None for an element that has its default value."""
         result: list[s.Init | None] = []
         for count, item in items:
             times = 1 if count is None else self.integer(count, where)
@@ -752,7 +751,7 @@ class Types:
             if isinstance(item, s.Sequence):
                 inner = self._items(item.items, kind, where) if item.items else [None]
             elif isinstance(item, s.ArrayInit) and not isinstance(kind.element, ArrayType):
-                inner = self._items(item.items, kind, where)  # a nested list is a row
+                inner = self._items(item.items, kind, where)  # a nested list is one row
             if times * len(inner) > array_length(kind):
                 text = f"{times * len(inner)} values are more than the array holds"
                 raise where.error(text, item.at)
@@ -780,7 +779,7 @@ def is_null(node: Any) -> bool:
 
 
 def fills(have: Type, want: Type) -> bool:
-    """Return whether an array can be passed to a parameter of open length."""
+    """Return whether an array can be passed to a parameter that is an array of open length."""
     return (
         isinstance(have, ArrayType)
         and isinstance(want, ArrayType)

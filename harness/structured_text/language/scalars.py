@@ -79,7 +79,7 @@ ANY_CHARS = (*ANY_STRING, "CHAR", "WCHAR")
 #: Number of hexadecimal digits of each bit string.
 DIGITS = {name: WIDTH[name] // 4 for name in ANY_BIT[1:]}
 
-#: (lowest, highest) of each integer and bit string type.
+#: The range (lowest, highest) of each integer and bit string type.
 INT_RANGE = {
     name: (-(1 << bits - 1), (1 << bits - 1) - 1) if name in SIGNED else (0, (1 << bits) - 1)
     for name, bits in WIDTH.items()
@@ -90,14 +90,14 @@ STRING_MAX = 126
 #: Largest length of `STRING[n]`.
 LONGEST_STRING = 65_535
 REAL_MAX = float.fromhex("0x1.fffffep127")
-#: From this value on, the nearest REAL is infinite.
+#: Numbers from this value on are rounded to an infinite REAL.
 _REAL_INFINITE = float.fromhex("0x1.ffffffp127")
 NANOSECONDS_PER_DAY = 86_400_000_000_000
 
 ELEMENTARY = {name: ElementaryType(name) for name in (*ANY_BIT, *ANY_NUM, *MOMENTS, *ANY_CHARS)}
 for _short, _long in (("TOD", "TIME_OF_DAY"), ("DT", "DATE_AND_TIME")):
     ELEMENTARY[_long], ELEMENTARY[f"L{_long}"] = ELEMENTARY[_short], ELEMENTARY[f"L{_short}"]
-# Types of the width of a pointer in CODESYS. Here a pointer has 32 bits.
+# In CODESYS these types have the width of a pointer. In this engine a pointer has 32 bits.
 for _short, _long in (("DWORD", "__XWORD"), ("UDINT", "__UXINT"), ("DINT", "__XINT")):
     ELEMENTARY[_long] = ELEMENTARY[_short]
 
@@ -136,7 +136,7 @@ _ESCAPES = {
     "'": "'",
     '"': '"',
 }
-#: Short names of types before a `#`.
+#: Short names that a literal can have before `#` in place of a type, such as `T` for TIME.
 _PREFIXES = {"T": "TIME", "D": "DATE", "LT": "LTIME", "LD": "LDATE"}
 
 
@@ -206,7 +206,7 @@ def string_length(kind: ElementaryType) -> int:
 
 
 def string_kind(name: str, length: int) -> ElementaryType:
-    """Return STRING or WSTRING for this many characters; the plain type if it suffices."""
+    """Return a STRING or WSTRING type for this many characters; the plain type if it suffices."""
     return ELEMENTARY[name] if length <= STRING_MAX else ElementaryType(name, length)
 
 
@@ -257,7 +257,7 @@ def within_real(value: float) -> float | None:
     return max(-REAL_MAX, min(REAL_MAX, float(value)))
 
 
-#: Largest durations [ns], and how a message writes them. CODESYS has LTIME without a sign.
+#: Limits of durations [ns], each with its text for messages. In CODESYS, LTIME has no sign.
 _LONGEST_TIMES = {"TIME": (1 << 63, "106,751 days"), "LTIME": (1 << 64, "213,503 days")}
 
 

@@ -32,7 +32,7 @@ _SIZES = {
 
 
 def size_of(kind: Type) -> int | None:
-    """Return the bytes of a variable of the type.
+    """Return the size of a variable of this type [bytes].
 
     The result is None for blocks, because each tool lays them out in its own way. Each field of a
     structure lies at a multiple of its alignment. The alignment of a field is its size, at most 8.
@@ -42,7 +42,7 @@ def size_of(kind: Type) -> int | None:
 
 
 def block_size(kind: Type) -> int | None:
-    """Return the bytes of a block, or of a variable with blocks inside.
+    """Return the size [bytes] of a block, or of a variable with blocks inside.
 
     Each tool lays out blocks in its own way. Here a block is a structure: a pointer to the methods,
     the variables of the base block, and the block's own variables. A VAR_IN_OUT is a pointer. The
@@ -72,7 +72,7 @@ def _as_structure(kind: Type) -> Type:
 
 
 def _layout(kind: Type) -> tuple[int, int] | None:
-    """Return size and alignment [bytes]; None without a known layout."""
+    """Return size and alignment of a type [bytes]; None if the type has no known layout."""
     if isinstance(kind, ElementaryType):
         if kind.name in ANY_STRING:
             width = 1 if kind.name == "STRING" else 2
@@ -98,7 +98,7 @@ def _layout(kind: Type) -> tuple[int, int] | None:
 
 
 def _places(kind: StructType) -> list[tuple[int, int | None, int, int]] | None:
-    """Return offset, bit, size and alignment of each field; None without a known layout.
+    """Return offset, bit, size and alignment of each field; None if a layout is unknown.
 
     The bit is None for a field that is not a BIT.
     """

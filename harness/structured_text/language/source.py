@@ -26,7 +26,7 @@ __all__ = [
 if TYPE_CHECKING:
     _AnyPath = Path
 else:
-    _AnyPath = type(Path())  # PosixPath or WindowsPath, because Path has no subclasses
+    _AnyPath = type(Path())  # PosixPath or WindowsPath, because Path itself cannot be subclassed
 
 #: Byte order marks of encodings that are not supported.
 _MARKS = {
@@ -36,8 +36,8 @@ _MARKS = {
     b"\xfe\xff": "UTF-16",
 }
 
-#: Added to the number of a line of text that comes not from the extract's file, but from its
-#: `project`.
+#: Offset of line numbers. A line with this offset comes from the project file, and not from the
+#: file of the extract.
 ELSEWHERE = 10_000_000
 
 
@@ -109,14 +109,14 @@ class Extract(_AnyPath):
         unread: tuple[Unread, ...] = (),
         dialect: str = "",
     ) -> Extract:
-        """Return the extract of a file; without lines, a path that says only its dialect."""
+        """Return the extract of a file; without lines, a path that only carries the dialect."""
         made = cls(str(file))
         made.lines, made.title, made.dialect = lines, title, dialect
         made.project, made.unread = project, unread
         return made
 
     def place(self, line: int) -> tuple[str, int]:
-        """Return the file and the line in this file for a line in an error about this source."""
+        """Return the file and line to show for a line number in this source."""
         if self.project and line > ELSEWHERE:
             return self.project, line - ELSEWHERE
         return str(self), line
@@ -140,7 +140,7 @@ class Extract(_AnyPath):
         return self._whole_hash
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return how to pickle this path; without lines and dialect it becomes a plain path."""
+        """Return constructor and arguments for pickle; those of Path without lines and dialect."""
         if self.lines is None and not self.dialect:
             return Path, (str(self),)
         given = (str(self), self.lines, self.title, self.project, self.unread, self.dialect)
@@ -206,7 +206,7 @@ def title_of(file: Path) -> str:
 
 
 def origin(file: Path, line: int, column: int) -> tuple[int, int]:
-    """Return the line and column in the file for those in the source's text, all from 1."""
+    """Convert line and column in the source's text to those in the file; they count from 1."""
     lines = getattr(file, "lines", None)
     if not lines:
         return line, column

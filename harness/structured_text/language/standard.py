@@ -133,7 +133,7 @@ FUNCTIONS = {**_SECOND_EDITION, **_MORE}
 
 
 def _moment_operators() -> Iterator[tuple[str, tuple[str, str, str, str]]]:
-    """Yield names with (operator, types of both operands, type of the result)."""
+    """Yield the names of date functions with (operator, both operand types, result type)."""
     for long in ("", "L"):
         time, day, clock, both = (long + name for name in ("TIME", "DATE", "TOD", "DT"))
         for moment in (clock, both):
@@ -147,7 +147,7 @@ def _moment_operators() -> Iterator[tuple[str, tuple[str, str, str, str]]]:
     yield "SUB_LTIME", ("-", "LTIME", "LTIME", "LTIME")
 
 
-#: Functions that stand for an operator between a date or duration and a date, duration or number.
+#: Functions that do the same as an operator on a date or duration and a date, duration or number.
 MOMENT_OPERATORS = dict(_moment_operators())
 
 #: Functions of the second edition that few tools have.
@@ -162,11 +162,11 @@ _RARE = frozenset(
 UNSUPPORTED = frozenset(["SEMA", "RTC", "PID", "RAMP", "INTEGRAL", "DERIVATIVE", "HYSTERESIS"])
 
 _CONVERSION = re.compile(r"([A-Z_]+?)_TO_([A-Z_]+)")
-#: Pairs (source, target) of dates and durations with a conversion. LTIME, LDATE, LDT and LTOD are
-#: treated like TIME, DATE, DT and TOD.
+#: Pairs (source, target) of date and duration types between which a conversion exists. LTIME,
+#: LDATE, LDT and LTOD are treated like TIME, DATE, DT and TOD.
 _MOMENT_PAIRS = (
     *(("DT", "DATE"), ("DT", "TOD"), ("DATE", "DT"), ("TIME", "TOD"), ("TOD", "TIME")),
-    # As time since 1970-01-01.
+    # These conversions treat a date as the time since 1970-01-01.
     *(("TIME", "DT"), ("DT", "TIME"), ("TIME", "DATE"), ("DATE", "TIME")),
 )
 
@@ -272,7 +272,7 @@ def _blocks() -> dict[str, BlockType]:
 
 
 def _more_blocks() -> dict[str, BlockType]:
-    """Return the timers with the type of their duration in the name."""
+    """Return the timers with the type of the duration in the name, such as TON_LTIME."""
     blocks = []
     for name in ("TON", "TOF", "TP"):
         for long, kind in ((f"{name}_TIME", "TIME"), *((n, "LTIME") for n in _long_names(name))):

@@ -30,9 +30,9 @@ class Start:
 
 
 def starting(sections: Iterable[s.Section], scope: Scope) -> Iterator[s.Assign | s.Latch | Start]:
-    """Yield the initial values of a POU that are not constant, as statements."""
+    """Yield assignments of those initial values of a POU that are not constant."""
     for section in sections:
-        # A VAR_INST gets its value together with its block: see `instance_sections`.
+        # A VAR_INST gets its value at the start of its block: see `instance_sections`.
         if section.kind in ("VAR_IN_OUT", "VAR_EXTERNAL", "VAR_INST"):
             continue
         for variable in section.variables:
@@ -68,7 +68,7 @@ def _has_arguments(variable: s.VarDecl) -> bool:
 
 
 def instance_sections(node: s.Pou) -> Iterator[s.Section]:
-    """Yield the VAR_INST with an initial value in methods, as variables of the block.
+    """Yield the VAR_INST of methods that have an initial value, as variables of the block.
 
     Such a variable is part of each instance of the block, and starts with the instance.
     """
@@ -91,9 +91,10 @@ def _qualified(method: s.Name, name: s.Name) -> s.Name:
 
 
 def start_calls(node: Start, expressions: Checking) -> list[t.Evaluate]:
-    """Type the calls of `INIT` with the arguments of a declaration, one for each block extended.
+    """Check and type the calls of `INIT` for a declaration with arguments.
 
-    The `INIT` of a base is called first. It gets the first of the arguments, by position.
+    The block and each of its bases has an `INIT`. The `INIT` of a base is called first, with the
+    first arguments of the declaration.
 
     Raise InputError if the block has no `INIT` with parameters, or the arguments do not fit.
     """
@@ -102,7 +103,7 @@ def start_calls(node: Start, expressions: Checking) -> list[t.Evaluate]:
 
 
 def _has_broken_input(method: t.Pou, scope: Scope) -> bool:
-    """Return whether the declaration of an input of a block's `INIT` has an error."""
+    """Return whether an input of the `INIT` of a block is declared with an error."""
     owner = method.name.partition(".")[0].upper()
     declared = scope.registry.pous.get(owner)
     members = declared.node.members if declared is not None else ()  # type: ignore[union-attr]
@@ -122,7 +123,7 @@ def start_of(
     expressions: Checking,
     shown: str = "",
 ) -> list[t.Evaluate]:
-    """Type the calls of the `INIT` methods of an instance, of the base block first.
+    """Check and type the calls of the `INIT` methods of an instance, of the base block first.
 
     `shown` is the name of the variable, for messages. Raise InputError in the same cases as
     `start_calls`.

@@ -66,7 +66,7 @@ _CLASSES = (
 )
 _NAMES = {"DT": "DATEANDTIME", "TOD": "TIMEOFDAY", "LDT": "LDATEANDTIME", "LTOD": "LTIMEOFDAY"}
 #: The members of ExceptionCode with their numbers, the prefix RTSEXCPT_ left out: Beckhoff InfoSys,
-#: TwinCAT 3 PLC, data type __SYSTEM.ExceptionCode (6753940235). Those of CODESYS are the same.
+#: TwinCAT 3 PLC, data type __SYSTEM.ExceptionCode (6753940235). CODESYS has the same members.
 EXCEPTION_CODES = {
     "UNKNOWN": 0xFFFFFFFF,
     "NOEXCEPTION": 0,
@@ -136,7 +136,7 @@ END_INTERFACE
 
 
 def class_of(kind: Type) -> int:
-    """Return the number of a type's class in TYPE_CLASS."""
+    """Return the number that TYPE_CLASS gives to the class of a type."""
     name = "NONE"
     if isinstance(kind, ElementaryType):
         name = _NAMES.get(kind.name, kind.name)
@@ -156,7 +156,7 @@ _NAMED = ("TYPE_CLASS", ANY_TYPE, "PVOID", "EXCEPTIONCODE")
 
 @lru_cache(maxsize=1)
 def _declared() -> dict[str, Declared]:
-    from structured_text.language.parser import read_text  # imported late, as it loads the grammar
+    from structured_text.language.parser import read_text  # imported late: it loads the grammar
 
     source = read_text(_TEXT, Path(SPACE))
     found: dict[str, Declared] = {}

@@ -66,12 +66,13 @@ class Symbol:
     the variable that holds a function's result, RESULT. `initial` is the complete initial value as
     returned by `resolve.Types.initial_value`. `source` is the key of the global variable behind a
     VAR_EXTERNAL, if the two names differ. `addressed` is true if the program makes a pointer to the
-    variable, `started` if its declaration passes arguments to the block, `shared` if it is a
-    VAR_IN_OUT that methods of the block use. `calculated` is true if its initial value is not
+    variable. `started` is true if the declaration passes arguments to the block. `shared` is true
+    for a VAR_IN_OUT that methods of the block use. `calculated` is true if its initial value is not
     constant; `parts` are the parts of the initial value that are not constant. `retain` is true if
     it keeps its value over a warm start. `area` is I, Q or M if the tool chooses the address
-    (`%I*`). `access` is PRIVATE or PROTECTED if only the block `owner` (upper case), or also those
-    that extend it, may use it. `passed` is true for a VAR_IN_OUT CONSTANT that is passed by value.
+    (`%I*`). `access` is PRIVATE if only the block `owner` (upper case) may use the variable. It is
+    PROTECTED if blocks that extend `owner` may also use it. `passed` is true for a VAR_IN_OUT
+    CONSTANT that is passed by value.
     """
 
     name: str
@@ -274,7 +275,7 @@ class Valid:
 class Same:
     """The comparison of two pointers or interfaces for equality (`op` is = or <>).
 
-    For two pointers `op` may also be < > <= >=. These compare positions in the same memory.
+    For two pointers, `op` may also be < > <= >=, which compare positions in the same memory.
     """
 
     op: str
@@ -285,7 +286,7 @@ class Same:
 
 @dataclass(frozen=True)
 class Generic:
-    """The argument for an input that is ANY: pointer, class and size [bytes] of its target."""
+    """The argument for an ANY input: a pointer to a variable, with its class and size [bytes]."""
 
     pointer: Expression
     number: int
@@ -396,7 +397,7 @@ class Case:
 
 @dataclass(frozen=True)
 class For:
-    """A FOR loop that counts `counter` from `start` to `end`; all four have its type."""
+    """A FOR loop from `start` to `end`; start, end and step have the type of the counter."""
 
     counter: Variable
     start: Expression
@@ -474,7 +475,7 @@ Statement = (
 
 _FIRST = Position(1, 1)
 
-#: Last part of the name of the variable that holds a VAR_IN_OUT of a block after a call.
+#: Suffix of the name of the variable that holds a block's VAR_IN_OUT after a call.
 AFTER_CALL = "after_call"
 
 
@@ -482,9 +483,9 @@ AFTER_CALL = "after_call"
 class Pou:
     """A function, function block or program.
 
-    `block` is None for a function, `result` is None for the others. `symbols` is in the order of
-    declaration, by upper-case name. A method is also a POU: its kind is METHOD, its name is
-    `Block.Method` (`Block.Property.Get`), and `owner` is its block. `at` is the position of its
+    `block` is None for a function. `result` is None for a block or program. `symbols` is in the
+    order of declaration, by upper-case name. A method is also a POU: its kind is METHOD, its name
+    is `Block.Method` (`Block.Property.Get`), and `owner` is its block. `at` is the position of its
     first word.
     """
 

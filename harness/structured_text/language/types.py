@@ -151,7 +151,7 @@ class ReferenceType:
 
 
 def _form(kind: Type | None) -> str:
-    """Return the name of a type, or the form of an array without a name."""
+    """Return the name of a type; for an array without a name, the text of its declaration."""
     if isinstance(kind, ArrayType) and not kind.name:
         bounds = ", ".join(f"{low}..{high}" for low, high in kind.bounds)
         return f"ARRAY [{bounds}] OF {_form(kind.element)}"
@@ -167,7 +167,7 @@ Type: TypeAlias = (
 class Located:
     """A directly represented variable: its address (`%QW3`), path and type.
 
-    `start` is its first byte if the address does not give it: within an array or a structure.
+    `start` is the first byte of an element or field, whose address does not show the byte.
     """
 
     address: str

@@ -22,8 +22,9 @@ def unread_bodies(paths: Iterable[object]) -> list[Unread]:
 def not_executed(project: Project, paths: Iterable[object]) -> Project:
     """Return the project if it executes no body in another language.
 
-    Raise InputError with the first such body that a program may call, and the names of the others.
-    A body counts as called if a call of it is in a body that is executed, whatever the condition.
+    If a program may call such bodies, raise InputError with the first body and the names of the
+    others. A body counts as called if an executed body contains a call of it, even under a
+    condition.
     """
     bodies = {body.name.upper(): body for body in unread_bodies(paths)}
     if bodies:
@@ -37,7 +38,7 @@ def not_executed(project: Project, paths: Iterable[object]) -> Project:
 def refusal(found: list[Unread]) -> InputError:
     """Return the error for bodies that are needed.
 
-    It has the file and line of the first body.
+    The error has the file and line of the first body.
     """
     body = found[0]
     others = ", ".join(f"{one.name} ({one.language})" for one in found[1:])
@@ -63,7 +64,7 @@ def _executed(project: Project) -> list[t.Pou]:
 
 
 def _called(pou: t.Pou, project: Project) -> Iterator[t.Pou]:
-    """Yield the POUs and methods that a body calls; all overrides of a method, if it has some."""
+    """Yield the POUs and methods that a body calls, including all overrides of a called method."""
     objects = project.objects
     for node in nodes(pou.body):
         if isinstance(node, t.CallFunction):
@@ -90,10 +91,7 @@ def _kinds(kind: Type, project: Project) -> list[str]:
 
 
 def _known(project: Project, keys: Iterable[str]) -> Iterator[t.Pou]:
-    """Yield the POUs with these names.
-
-    Standard blocks have no POU in the sources.
-    """
+    """Yield the POUs with these names; standard blocks are left out, as they have no POU."""
     for key in keys:
         if key in project.pous:
             yield project.pous[key]

@@ -95,7 +95,7 @@ def scalar_to_python(kind: Type, value: Scalar) -> Any:
 
 
 def _short(kind: ElementaryType) -> str:
-    """Return TIME for LTIME and so on, as both hold the same value; empty for other types."""
+    """Return the short form of a long type, such as TIME for LTIME; empty for other types."""
     name = kind.name.removeprefix("L")
     return name if name in _MOMENTS else ""
 

@@ -26,7 +26,7 @@ __all__ = [
     "written",
 ]
 
-#: Types of fields that contain no code.
+#: Types of those fields of syntax nodes that contain no code.
 _PLAIN = (
     *(
         "str",
@@ -41,9 +41,10 @@ _PLAIN = (
     ),
     *("tuple[InputError, ...]", "Type", "ReferenceType", "BlockType", "Symbol", "Pou"),
 )
-#: Names of declarations, callees and members. Such a name may also be a `Variable`.
+#: Types of fields with names of declarations, callees or members. A node of such a type can also be
+#: a `Variable`.
 _NAMES = ("Name", "Name | None", "tuple[Name, ...]", "tuple[Namespace, ...]")
-#: A statement of the parsed or of the checked tree.
+#: Type variable for a statement of the parsed or of the checked tree.
 _One = TypeVar("_One", s.Statement, t.Statement)
 
 

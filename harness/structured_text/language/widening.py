@@ -62,7 +62,7 @@ def widens(have: Type, want: Type) -> bool:
 
 
 def same_number(one: Type, other: Type) -> bool:
-    """Return whether the types are an enumeration and its base type, or two with the same base."""
+    """Return whether two types have the same base type, and at least one is an enumeration."""
     either = isinstance(one, EnumType) or isinstance(other, EnumType)
     return either and one != other and integer_name(one) == integer_name(other)
 
@@ -121,7 +121,7 @@ def common(one: str, other: str) -> str:
 
 
 def fitting_integer(value: int) -> str:
-    """Return the smallest signed type that holds the value, else ULINT, else empty."""
+    """Return the smallest signed type that holds the value, else ULINT; empty if none does."""
     for name in (*SIGNED, "ULINT"):
         low, high = INT_RANGE[name]
         if low <= value <= high:
@@ -134,7 +134,7 @@ _JOINED = 255
 
 
 def joined(kinds: list[ElementaryType], *, longer: bool) -> ElementaryType:
-    """Return the text type that holds each of several; with `longer`, two of them joined."""
+    """Return the text type that holds each of these types; with `longer`, also two texts joined."""
     length = max(string_length(kind) for kind in kinds)
     if longer and length > STRING_MAX:
         length = min(max(length, _JOINED), LONGEST_STRING)
@@ -143,7 +143,7 @@ def joined(kinds: list[ElementaryType], *, longer: bool) -> ElementaryType:
 
 
 def converted(value: Scalar, source: str, target: ElementaryType) -> Scalar:
-    """Return a constant of a type that widens to the target, in the form of the target."""
+    """Return the value of a constant after conversion to a wider type."""
     if isinstance(value, str):
         return value[: string_length(target)]
     if target.name in ANY_REAL:

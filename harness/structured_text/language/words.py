@@ -22,7 +22,7 @@ _TO = re.compile(r"\s+TO\b", re.IGNORECASE)
 _NAME = re.compile(r"\s+(?!(?:AND|OR|XOR|MOD|THEN|DO|OF|TO|BY)\b)[A-Z_\x80-\uffff]", re.IGNORECASE)
 _MEMBER = re.compile(r"\s*[.^]|\s*[;,)]")
 _END = re.compile(r"(?!\s*[:,)])")
-#: Text that follows each word where it is a keyword.
+#: Matches, for each word, the text that follows it if the word is a keyword.
 _FOLLOWS = {
     **dict.fromkeys(("POINTER", "REFERENCE"), _TO),
     **dict.fromkeys(("METHOD", "PROPERTY", "INTERFACE", "CLASS", "NAMESPACE", "USING"), _NAME),
@@ -42,17 +42,18 @@ _OF_SECTIONS = frozenset(
         *("CONSTANT", "RETAIN", "NON_RETAIN", "PERSISTENT"),
     )
 )
-#: Text behind an access word if the word is not the name of a variable that is declared or used.
+#: Matches the text behind an access word, unless the text shows that the word is the name of a
+#: variable.
 _NOT_USED = re.compile(r"(?!\s*(?:[:.,\[;^=<>+*-]|\((?!\*)|/(?![/*])|AT\b))", re.IGNORECASE)
-#: A name on the same line behind an access word. If it is missing, `Final` in `METHOD Final` is the
-#: name of the method.
+#: Matches a name on the same line behind an access word. Without such a name, the access word is
+#: the name itself: `Final` in `METHOD Final`.
 _NAME_FOLLOWS = re.compile(
     r"[ \t]+(?!(?:VAR\w*|END_METHOD|EXTENDS|IMPLEMENTS)\b)[A-Z_\x80-\uffff]\w*", re.IGNORECASE
 )
 
 #: Qualifiers behind VAR or another section word. Elsewhere these words are names.
 _QUALIFIERS = ("CONSTANT", "RETAIN", "NON_RETAIN", "PERSISTENT")
-#: Text that may follow a name, but not these keywords.
+#: Matches text that may follow a name, but not one of these keywords.
 _AS_NAME = re.compile(r"\s*(?::|\.(?!\.)|,|\[|\((?!\*)|=>)")
 
 
@@ -78,7 +79,7 @@ def is_soft(word: str, previous: str, text: str, behind: int) -> bool:
 
 
 class Context:
-    """The words seen so far in a source; the lexer uses it to recognise keywords."""
+    """Follows the words of a source, so that the lexer can recognise keywords."""
 
     def __init__(self) -> None:
         self._before = ""

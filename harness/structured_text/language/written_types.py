@@ -1,6 +1,6 @@
 """The types of variables and parts of variables in declarations, for SIZEOF and bounds of arrays.
 
-The declarations are not complete yet, so a variable may have to be looked up in the source.
+The declarations are not complete yet. Therefore a variable may have to be looked up in the source.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Resolving(Protocol):
 
 
 def type_of(types: Resolving, node: s.Expression | s.Call | s.Invoke) -> Type | None:
-    """Return the type of the variable, the part or the type that a path names, or None."""
+    """Return the type of a variable, part of a variable or type that a path names, or None."""
     if isinstance(node, s.Name):
         symbol = types.local.get(node.key) or types.globals.get(node.key)
         if symbol is not None:

@@ -50,7 +50,9 @@ def bodies_of(source: s.Source) -> dict[str, s.Pou | s.Method]:
 
 
 def rechecked(checked: Checked, name: str, body: tuple[s.Statement, ...]) -> t.Pou:
-    """Return a POU with another body; the body of a function need not set the result.
+    """Check a POU with another body, and return it.
+
+    A mutant of a function may leave out the assignment of the result.
 
     Raises:
         InputError: The body has a mistake; the first one is reported.
@@ -73,9 +75,9 @@ def python_of(project: Project, pou: t.Pou, storage: Storage) -> str:
 
 
 def load_checked(paths: list[Path], parsing: Callable[[Path], s.Source] = parse) -> Checked:
-    """Load a project and save the scopes of its POUs, or raise InputError.
+    """Load a project, and return it with the scopes of its POUs, or raise InputError.
 
-    `parsing` returns the syntax of a file.
+    `parsing` is a function that parses a file and returns its syntax.
     """
     scopes: dict[str, Scope] = {}
 

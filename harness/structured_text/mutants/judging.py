@@ -1,4 +1,6 @@
-"""The verdicts on mutants, by saved outcomes that are still valid and by runs of the rest.
+"""The verdicts on mutants: a test has killed the mutant, or the mutant has survived.
+
+A saved outcome of an earlier run is used if it is still valid. All other mutants are run.
 
 The caller decides how and on which computer a mutant runs with its tests.
 """
@@ -19,7 +21,7 @@ from structured_text.output.results import Results
 
 __all__ = ["ENDLESS", "Judges", "Judging", "MutantTask", "Outcome", "is_outcome"]
 
-#: The value of `by` for a mutant with which a test does not end.
+#: The value of `Outcome.by` if a test with the mutant exceeds its time limit.
 ENDLESS = "a test does not end"
 
 
@@ -40,7 +42,8 @@ class MutantTask:
 class Outcome:
     """The outcome of a mutant.
 
-    `by` names what has killed it. `seconds` is the processor time.
+    `by` is the test that killed the mutant, or the reason in words. It is empty for a survivor.
+    `seconds` is the time of the run.
     """
 
     task: MutantTask
@@ -50,13 +53,13 @@ class Outcome:
 
 
 def is_outcome(entry: Mapping[str, Any]) -> bool:
-    """Return whether an entry of the results has all required fields."""
+    """Return whether an entry in the file of saved results has all required fields."""
     types = {"killed": bool, "by": str, "tests": str}
     return all(isinstance(entry.get(name), one) for name, one in types.items())
 
 
 class Judges(Protocol):
-    """The interface to the facts about the tests."""
+    """The tests of a project: their hashes, and a record of the tests that killed a mutant."""
 
     def state_of(self, file: str) -> str:
         """Return a hash of a test file with all files that it uses."""
@@ -70,7 +73,7 @@ class Judges(Protocol):
 
 @dataclass
 class Judging:
-    """The verdict on mutants by saved outcomes, and by running their tests.
+    """Decides which mutants survive, from saved outcomes and by running the tests.
 
     Attributes:
         until: Start no mutant after this time of the monotonic clock [s]; None for no limit.
@@ -87,7 +90,9 @@ class Judging:
         judges: Judges,
         run: Callable[[Iterable[MutantTask]], Iterator[Outcome]],
     ) -> list[Judged]:
-        """Return the verdicts on the mutants, in order; mutants that were not run are missing.
+        """Return the verdicts on the mutants in the order of `tasks`.
+
+        Mutants that were not run, because the time was over, are missing.
 
         A saved outcome is used if the tests have not changed since. All other mutants are run.
         `run` yields each outcome as soon as it is known.
@@ -150,7 +155,7 @@ class Judging:
 
 
 def _tests(by: str, task: MutantTask, judges: Judges) -> str:
-    """Return the state of the test that failed, or of all tests if none failed."""
+    """Return the hash of the failed test's file, or of all tests of the mutant if none failed."""
     return judges.state_of(by.partition("::")[0]) if "::" in by else judges.state(task.tests)
 
 

@@ -1,4 +1,4 @@
-"""The mutants of a file: the changes of the operators that compile and have an effect."""
+"""The mutants of a file: changes by mutation operators that compile and alter the compiled code."""
 
 from __future__ import annotations
 
@@ -56,14 +56,14 @@ class Mutant:
 
     @property
     def identity(self) -> str:
-        """Return a hash that is the same for the same mistake in the same text."""
+        """Return a hash of the mistake and the whole text of its file."""
         content = f"{self.file}\n{self.operator}\n{self.text}"
         return hashlib.sha256(content.encode()).hexdigest()[:16]
 
 
 @dataclass
 class Counted:
-    """The numbers of changes that are not mutants: refused by the checker, or without effect."""
+    """The numbers of discarded changes: rejected by the checker, or without effect."""
 
     refused: int = 0
     equal: int = 0
@@ -152,7 +152,7 @@ class Mutants:
 
 
 class _Checker:
-    """The check and compilation of a single statement of a body: the statement with the change."""
+    """Checks and compiles a single statement of a body: the statement that contains the change."""
 
     def __init__(
         self, checked: Checked, name: str, body: Body, parsing: Callable[[str, Path], s.Source]
@@ -206,8 +206,8 @@ class _Reach:
     def of(self, change: Change) -> int:
         """Return the line of the innermost statement that contains a change.
 
-        If the change is after all statements, return the line of the first one; for a declaration,
-        0.
+        If the change is after all statements, return the line of the first statement. If the change
+        is in a declaration, return 0.
         """
         start = min(edit.span.start for edit in change.edits)
         if change.operator == "default" or not self._found:
@@ -242,7 +242,10 @@ def mutant_of(
     edits: tuple[Edit, ...],
     body: tuple[s.Statement, ...] | None = None,
 ) -> Mutant:
-    """Return the mutant that edits of a file's text make; for other fields see `Mutant`."""
+    """Return the mutant that results from edits of a file's text.
+
+    `Mutant` explains the other arguments.
+    """
     start = min(edit.span.start for edit in edits)
     end = max(edit.span.end for edit in edits)
     lines = whole_lines(text, Span(start, end))
@@ -264,5 +267,5 @@ def mutant_of(
 
 
 def _plain(text: str) -> str:
-    """Return the lines without surrounding blanks, with single spaces inside."""
+    """Return the text with each run of white space replaced by a single space."""
     return "\n".join(" ".join(line.split()) for line in text.splitlines() if line.strip())

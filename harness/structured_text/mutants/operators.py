@@ -439,6 +439,6 @@ def _pattern(value: int, width: int) -> Iterator[tuple[str, int]]:
 
 
 def _is_run(value: int) -> bool:
-    """Return whether the set bits are adjacent."""
+    """Return whether the bits that are 1 are adjacent."""
     value //= value & -value
     return value & (value + 1) == 0

@@ -1,4 +1,4 @@
-"""The order for a run of pytest with a mutant, and the answer of the run; both are JSON files."""
+"""The order for a run of pytest with a mutant, and the result of the run; both are JSON files."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ class Order:
         folder: A temporary folder for all files that the run writes.
         tests: Identifiers of the tests, in their order. If None, all tests run, and the code that
             each of them executes is recorded.
-        instead: The changed copies, by the resolved files that they replace.
-        port: The port on which to receive further orders, each for a copy of the process. If 0,
-            this order itself is executed.
+        instead: Maps each replaced file (resolved path) to its changed copy.
+        port: The TCP port from which the process receives further orders. Each order runs in a copy
+            of the process. If 0, this order itself is executed.
         seconds: Limit for the processor time of a copy.
         sources: Source files to parse in advance.
     """
@@ -55,12 +55,12 @@ class Order:
         return cls(**found | {"folder": Path(found["folder"])})
 
     def answer(self, content: Mapping[str, Any]) -> None:
-        """Write the answer of the run."""
+        """Write the result of the run into the folder of the order."""
         text = json.dumps(content)
         (self.folder / "answer.json").write_text(text, encoding="utf-8")
 
     def answered(self) -> Any:
-        """Return the answer of the run; None if it did not write one."""
+        """Return the result of the run; None if the run has not written a result."""
         try:
             return json.loads((self.folder / "answer.json").read_text(encoding="utf-8"))
         except (OSError, ValueError):

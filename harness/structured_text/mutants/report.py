@@ -19,14 +19,14 @@ __all__ = ["Judged", "Reasons", "figures", "write_rows"]
 
 @dataclass(frozen=True)
 class Judged:
-    """A mutant, and whether a test has found it."""
+    """A mutant, and whether a test has found it; `by` is the test, or the reason in words."""
 
     mutant: Mutant
     killed: bool
     by: str
 
 
-#: The fields of a row of the table.
+#: The fields of a row in the table of known survivors.
 _ROW = ("block", "line", "becomes", "reason")
 
 
@@ -63,14 +63,14 @@ class Reasons:
         return ""
 
     def idle(self, killed: Sequence[Mutant]) -> list[str]:
-        """Return the rows of the table that are obsolete, because a test kills their mutant."""
+        """Return the obsolete rows of the table: a test kills the mutant that they explain."""
         idle = [key for key in self._reasons if key not in self._used]
         return [
             f"{key[0]}: {key[2]}" for key in idle if any(_fits(key, mutant) for mutant in killed)
         ]
 
     def lost(self, mutants: Sequence[Mutant], blocks: Collection[str]) -> list[str]:
-        """Return the rows of some blocks that match none of the mutants.
+        """Return the rows of these blocks that match none of the mutants.
 
         `mutants` must contain every mutant of these blocks.
         """

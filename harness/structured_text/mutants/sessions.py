@@ -31,7 +31,7 @@ _PYTEST = ("pytest", "py.test")
 #: The time limit of a run is a multiple of the time of its tests, plus a number of seconds. Few
 #: runs reach it, because tests wait in virtual time and the engine ends an endless loop.
 _SLOWER, _BESIDES_S = 10.0, 60.0
-#: Interval of the check whether a process has ended that has not connected yet [s].
+#: Interval [s] of the check whether the process has ended before it has connected.
 _LOOK_S = 0.2
 
 
@@ -91,7 +91,7 @@ class PytestCommand:
 
 @dataclass(frozen=True)
 class Judge:
-    """The runner for mutants with their tests; the farm sends it to its workers.
+    """Runs a mutant with its tests; each worker process of the farm gets a copy.
 
     Attributes:
         run: The user's tests.
@@ -105,7 +105,10 @@ class Judge:
 
     @property
     def there(self) -> Path | None:
-        """Return the temporary folder if this computer has it; None stands for the system's own."""
+        """Return the temporary folder if it exists on this computer.
+
+        None selects the system's temporary folder.
+        """
         return self.base if self.base.is_dir() else None
 
     def prepare(self) -> Callable[[MutantTask], Outcome]:
@@ -122,7 +125,7 @@ class Judge:
             return outcome(task, order, how, time.monotonic() - started)
 
     def order(self, task: MutantTask, folder: Path) -> Order:
-        """Return the order for one mutant; write the changed copy of its file."""
+        """Write the changed copy of the mutant's file, and return the order that runs the tests."""
         original = real(self.run.folder / task.mutant.file)
         copy = folder / "sources" / original.name
         copy.parent.mkdir()
@@ -132,16 +135,19 @@ class Judge:
 
 
 def outcome(task: MutantTask, order: Order, how: str, seconds: float) -> Outcome:
-    """Return the outcome of a mutant; `how` is used if the run has not written an answer."""
+    """Return the outcome of a mutant.
+
+    If the run has not written a result, `how` says how the run ended.
+    """
     said = order.answered()
     by = how if said is None else said["failed"]
     return Outcome(task, by is not None, by or "", seconds)
 
 
 class _Copies:
-    """A runner for mutants in copies of a process that has collected the tests.
+    """Runs mutants in copies of a process that has collected the tests.
 
-    If a copy does not end, or ends without an answer, the mutant runs again in its own process. The
+    If a copy does not end, or ends without a result, the mutant runs again in its own process. The
     process that collects the tests connects to a socket and reads lines with paths of orders. It
     answers with a line when the copy for an order has ended.
     """
@@ -153,7 +159,7 @@ class _Copies:
         self._given_up = False
 
     def __call__(self, task: MutantTask) -> Outcome:
-        """Run one mutant."""
+        """Run one mutant in a copy of the process; if that fails, run it in its own process."""
         started = time.monotonic()
         with TemporaryDirectory(dir=self._judge.there, ignore_cleanup_errors=True) as name:
             order = self._judge.order(task, Path(name))
@@ -176,7 +182,7 @@ class _Copies:
         return False
 
     def _start(self) -> None:
-        self._given_up = True  # set to False when the process connects
+        self._given_up = True  # reset as soon as the process connects
         with socket.create_server(("127.0.0.1", 0)) as server:
             server.settimeout(_LOOK_S)
             folder = Path(mkdtemp(dir=self._judge.there))

@@ -21,7 +21,7 @@ _FOREIGN = ("__pycache__", "node_modules", "out", "build", "dist", "site-package
 
 @dataclass
 class Tests:
-    """The tests that judge mutants, with hashes of the files that they depend on.
+    """The tests of a project for its mutants, with hashes of the files that the tests depend on.
 
     Args:
         folder: The project; paths of mutated files are relative to it.

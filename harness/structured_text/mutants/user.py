@@ -110,7 +110,7 @@ class UserMutants:
     def judged(
         self, tests: Tests, judging: Judging, farm: Farm, reasons: Reasons
     ) -> dict[str, Any]:
-        """Run the mutants, and return the figures of `report.figures`, with more about the run."""
+        """Run the mutants; return the figures of the report and further figures about the run."""
         tasks, unreached = self.tasks(tests)
 
         def run(todo: Iterable[MutantTask]) -> Iterator[Outcome]:
@@ -119,7 +119,8 @@ class UserMutants:
             ) as name:
                 judge = Judge(self._run, real(name), tuple(self._all))
                 for task, outcome in farm.as_ready(judge, todo):
-                    # The outcome has a copy of the task, which the farm has sent back.
+                    # The worker process returns a copy of the task; `Judging` needs the original
+                    # object.
                     yield replace(outcome, task=task)
 
         judged = judging.of("mutants", tasks, tests, run)

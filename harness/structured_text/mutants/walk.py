@@ -17,7 +17,8 @@ from structured_text.mutants.text import SourceText
 
 __all__ = ["Body", "Place", "places", "statements"]
 
-#: Fields of nodes that contain a variable which the node writes, calls or takes a part of.
+#: Fields with a variable that the syntax node writes or calls, or that is the base of a member or
+#: element.
 _WRITTEN = ("callee", "counter", "base")
 
 
@@ -27,8 +28,8 @@ class Place:
 
     Attributes:
         node: A statement or an expression.
-        written: Whether the node is a variable that the statement assigns, or a block that it
-            calls.
+        written: Whether the node is a variable that the statement assigns, or a block instance that
+            the statement calls.
         alone: Whether the node is the only statement of its branch.
         denied: Whether the node is the operand of a NOT.
     """
@@ -65,12 +66,12 @@ class Body:
 
 
 def places(body: Body) -> Iterator[Place]:
-    """Yield every statement and expression, each before those inside it."""
+    """Yield every statement and expression; outer nodes come before the nodes inside them."""
     yield from _inside(body.pou)
 
 
 def statements(body: Body) -> Iterator[Any]:
-    """Yield every statement, each before those inside it."""
+    """Yield every statement; outer statements come before the statements inside them."""
     kinds = get_args(s.Statement)
     yield from (place.node for place in places(body) if isinstance(place.node, kinds))
 

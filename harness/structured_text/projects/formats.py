@@ -10,7 +10,7 @@ from structured_text.errors import InputError
 
 __all__ = ["OBJECTS", "PLCPROJ", "SCL", "TASKS", "in_folder", "is_project"]
 
-#: Endings of the files of PLCopen XML and of Rockwell.
+#: Endings of PLCopen XML files and of Rockwell files.
 _XML, _L5X = ".xml", ".l5x"
 #: Endings of a TwinCAT project, and of a task of such a project.
 PLCPROJ, TASKS = ".plcproj", ".tctto"
@@ -52,7 +52,7 @@ def is_project(file: Path) -> bool:
 def in_folder(files: Iterable[Path]) -> list[Path]:
     """Return the TwinCAT files among the files of a folder.
 
-    If the folder has .plcproj files, the result is these files, else the objects and tasks.
+    The result is the .plcproj files. If there are none, the result is the objects and tasks.
     """
     suffixes: dict[str, list[Path]] = {}
     for file in files:

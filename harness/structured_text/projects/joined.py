@@ -1,8 +1,9 @@
-"""Several projects at once, including projects that are libraries of others.
+"""Several projects at once; a project may be a library of another one.
 
 A project may name an element of a library with or without the library's namespace; the sources
-contain the bare name. If two projects declare the same name, the library's element is renamed; the
-library itself, and every project that names it with its namespace, then use the new name.
+contain the name without namespace. If two projects declare the same name, the library's element
+gets a new name. The library itself then uses the new name, and so does every project that names the
+element with its namespace.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ from structured_text.projects.model import Foreign, Library, Lines, Piece, Proje
 
 __all__ = ["joined"]
 
-#: Matches a comment or string literal, which is copied, or a name with the names before it.
+#: Matches a comment or string literal, or a name with the namespaces before it. Comments and
+#: literals are copied unchanged.
 _TOKEN = re.compile(
     r"(?P<other>\(\*.*?(?:\*\)|\Z)|//[^\n]*|/\*.*?(?:\*/|\Z)|'(?:\$.|[^$'\n])*'|\{[^}\n]*\})"
     r"|(?P<before>(?:[A-Za-z_]\w*\s*\.\s*)*|[\])^]\s*\.\s*)(?P<name>[A-Za-z_]\w*)",
@@ -31,9 +33,10 @@ _WORD = re.compile(r"[A-Za-z_]\w*")
 
 
 def joined(projects: Sequence[Project]) -> Project:
-    """Return the contents of all projects.
+    """Return the contents of all projects as a single project.
 
-    The tasks of a library of another project are left out. A library without a project is noted.
+    If a project is a library of another project, its tasks are left out. If a library is not among
+    the projects, a note says so.
     """
     whole = Project()
     used = [_users(one, projects) for one in projects]
@@ -72,14 +75,14 @@ def _tasks_note(project: Project) -> str:
 
 
 def _is_library(project: Project, projects: Sequence[Project]) -> bool:
-    """Return whether a project is a library: it has no tasks, and another project has some."""
+    """Return whether a project is a library: it has no tasks, but another project has tasks."""
     tasks = [any(unit.kind == "CONFIGURATION" for unit in one.units) for one in projects]
     own = tasks[next(k for k, one in enumerate(projects) if one is project)]
     return bool(project.titles) and not own and any(tasks)
 
 
 def _users(project: Project, projects: Sequence[Project]) -> list[Library]:
-    """Return the references of other projects to a project."""
+    """Return the references by which other projects use a project as a library."""
     return [
         library
         for other in projects
@@ -94,7 +97,7 @@ def _is_given(library: Library, projects: Sequence[Project]) -> bool:
 
 
 def _renamed(project: Project, projects: Sequence[Project]) -> dict[str, str]:
-    """Return the new names of those elements of a library that another project also declares."""
+    """Return new names for the elements of a library that another project also declares."""
     others = {unit.name.upper() for one in projects if one is not project for unit in one.units}
     space = _WORD.findall("_".join((*project.namespaces, *project.titles)))[:1] or ["Library"]
     return {
@@ -105,7 +108,7 @@ def _renamed(project: Project, projects: Sequence[Project]) -> dict[str, str]:
 
 
 def _with_names(unit: Unit, rules: dict[str, str], own: dict[str, str]) -> Unit:
-    """Return a unit with new names.
+    """Return a declaration with the renamed elements of libraries.
 
     `rules` has new names for names behind a namespace, `own` for names without one.
     """

@@ -16,17 +16,17 @@ from structured_text.projects.model import Library
 __all__ = ["by_library", "libraries_of", "missing_name", "simple_type"]
 
 _FILE = Path(__file__).with_name("vendor_libraries.toml")
-#: The first part of the names of function blocks, with `blocks` and `@` in the file. It is composed
-#: because a search for names of blocks must find none here.
+#: The prefix of function block names, which the lists in the file leave out or write as `@`. The
+#: text is composed here, so that a search for block names does not find this line.
 _BLOCK = "FB" + "_"
 _SAID = re.compile(
     r"there is no (?:type|function|interface|namespace|variable or namespace) (?P<one>[\w.]+)$"
     r"|(?P<base>[\w.]+) is not a (?:function block|structure) of these sources$"
     r"|(?P<variable>\w+) is not declared$"
 )
-#: Names that are built into the tools, so that no library is missing for them.
+#: Names that are built into the tools. If such a name is unknown, no library is missing.
 _BUILT_IN = ("ANY", "BIT", "FAILED", "HRESULT", "PVOID", "SUCCEEDED", "__SYSTEM", "__UXINT")
-#: Words for a message if many libraries may have a missing name.
+#: Part of a message for a missing name that any of many libraries may declare.
 _OTHERS = "libraries that the project refers to"
 #: Greatest number of names in a message.
 _LISTED = 8
@@ -65,7 +65,7 @@ def simple_type(name: str) -> str:
 def by_library(
     errors: Iterable[InputError], libraries: Sequence[Library], declared: Container[str] = ()
 ) -> list[InputError]:
-    """Return the errors; those about missing elements of a library become one error per library.
+    """Return the errors; all errors about missing elements of one library become a single error.
 
     A missing name belongs to a library if the library is known to have it, or if a project has the
     name with the library's namespace. Other missing types and functions of a project that refers to
@@ -87,7 +87,7 @@ def by_library(
 
 
 def _library(name: str, error: InputError, libraries: Sequence[Library]) -> str:
-    """Return the names of the libraries that may have a missing name, joined; empty if unknown."""
+    """Return the libraries that may declare a missing name, as text; empty if unknown."""
     referred = {library.name.upper(): library.name for library in libraries}
     spaces = {library.namespace.upper(): library.name for library in libraries}
     spaces |= {vendor.upper(): vendor for vendor in _vendors()} | spaces
@@ -108,7 +108,7 @@ def _library(name: str, error: InputError, libraries: Sequence[Library]) -> str:
 
 
 def _message(library: str, group: Sequence[tuple[str, InputError]]) -> InputError:
-    """Return the error for a library, at the first place that needs an element of it."""
+    """Return the error for a library, at the first position that needs one of its elements."""
     counts = Counter({name.upper(): 0 for name, _ in group})
     shown = {name.upper(): name for name, _ in reversed(group)}
     counts.update(name.upper() for name, _ in group)

@@ -48,7 +48,7 @@ _KIND = re.compile(r"\s*([A-Za-z_]+)")
 
 @dataclass(frozen=True)
 class Foreign:
-    """A body that is not read.
+    """A body that is not read, because its language or a part of it is not supported.
 
     Attributes:
         language: The language of the body; ST if a body in Structured Text has an unsupported part.
@@ -76,8 +76,8 @@ class Piece:
         name: Name of the POU; for a part of a POU `Block.Method`.
         head: The lines from the first word to the end of the variables.
         body: The statements.
-        end: The last word.
-        parts: The pieces inside it.
+        end: The line with the last word, such as END_PROGRAM.
+        parts: The methods, properties and actions of the POU.
     """
 
     name: str
@@ -94,7 +94,10 @@ class Piece:
             yield from part.foreign()
 
     def lines(self) -> Lines:
-        """Return all lines, with actions behind the body; bodies in other languages are omitted."""
+        """Return all lines of the POU, with actions behind the body.
+
+        Bodies in other languages are omitted.
+        """
         body = () if isinstance(self.body, Foreign) else self.body
         before = [part.lines() for part in self.parts if not part.is_action]
         behind = [part.lines() for part in self.parts if part.is_action]
@@ -121,7 +124,7 @@ class Unit:
 
     @property
     def name(self) -> str:
-        """Return the name of its piece."""
+        """Return the name of the declared element."""
         return self.piece.name
 
 
@@ -130,8 +133,8 @@ class Library:
     """A library that a project refers to.
 
     Attributes:
-        name: Its title, without version and company.
-        namespace: The name that stands before its elements in this project.
+        name: The title of the library, without version and company.
+        namespace: The name that stands before elements of the library in this project.
         at: The line of the reference in the project file.
         noted: Whether a note says that the library is not read. CODESYS projects refer to many
             system libraries, which get no note.
@@ -153,9 +156,9 @@ class Project:
         notes: One line for each unread part that a user could miss.
         dialects: The dialect (`language.dialects`) of each file with a format that belongs to one
             tool.
-        titles: The names by which other projects refer to this one as a library.
-        namespaces: The names that other projects write before elements of this one.
-        libraries: The libraries that it refers to.
+        titles: The names by which other projects refer to this project as a library.
+        namespaces: The names that other projects write before elements of this project.
+        libraries: The libraries that this project refers to.
     """
 
     units: tuple[Unit, ...] = ()
@@ -166,7 +169,7 @@ class Project:
     libraries: tuple[Library, ...] = ()
 
     def plus(self, other: Project) -> Project:
-        """Return the contents of both."""
+        """Return the contents of this project and another one."""
         return Project(
             (*self.units, *other.units),
             (*self.notes, *other.notes),
@@ -178,12 +181,12 @@ class Project:
 
 
 def made(at: int, *texts: str) -> Lines:
-    """Return generated lines, all with the number of one line of the file."""
+    """Return generated lines; all get the same line number in the file."""
     return tuple(Line(text, at) for text in texts)
 
 
 def trimmed(lines: Iterable[Line]) -> Lines:
-    """Return the lines without the empty ones at both ends."""
+    """Return the lines without empty lines at the beginning and end."""
     found = list(lines)
     while found and not found[-1].text.strip():
         found.pop()
@@ -197,7 +200,7 @@ def in_comment(text: str) -> str:
 
 
 def without_comments(text: str) -> str:
-    """Return the text with comments and pragmas blanked; its lines keep their numbers."""
+    """Return the text with blanks in place of comments and pragmas; lines keep their numbers."""
     return _COMMENT.sub(lambda found: re.sub(r"[^\n]", " ", found[0]), text)
 
 

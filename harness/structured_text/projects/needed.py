@@ -41,7 +41,7 @@ def needed(program: Iterable[Path], library: Sequence[Path]) -> list[Path]:
     own = list(program)
     files = [*own, *library]
     key = cache.sources_key(files)
-    # The same files may be split into program and library in another way.
+    # The key has the number of program files, because a library file may become a program file.
     key = key and f"{key}-{len(own)}"
     return cache.made_of("needed", key, files, lambda: _needed(own, library))
 
@@ -92,7 +92,7 @@ def _look(file: Path) -> _File:
 def _read(file: Path, stamp: int) -> _File:
     """Return the names in a file.
 
-    `stamp` is the file's time of change, so that a changed file is read again.
+    `stamp` is the file's time of change. A changed file is therefore read again.
     """
     code = _SAID.sub(" ", source_text(file)).upper()
     words = _NAME.findall(code)

@@ -17,7 +17,7 @@ __all__ = ["interval_text", "interval_us", "milliseconds_us", "priority_of", "wh
 
 _DIGITS = re.compile(r"[0-9]{1,18}")
 _DECIMAL = re.compile(r"[0-9]{1,18}(?:\.[0-9]{1,18})?")
-#: The greatest number of a priority in the standard; no tool has a greater one.
+#: The greatest number of a priority in the standard; no tool has a greater number.
 _LOWEST_PRIORITY = 65_535
 _SHOWN = 40
 

@@ -92,7 +92,7 @@ def _read(file: Path, device: str) -> Project:
 
 
 def _of(dialect: str, file: Path) -> Project:
-    """Return a project that only records the dialect of a file, unless the dialect is empty."""
+    """Return an empty project that records the dialect of a file, if it has one."""
     return Project(dialects=((dialect, file),) if dialect else ())
 
 
@@ -136,7 +136,7 @@ def project_sources(
 def _extract(unit: Unit, project: Path, unread: tuple[Unread, ...]) -> Extract:
     """Return the source of a unit.
 
-    Lines that do not come from the user's replacement belong to the project file.
+    If the user has replaced the body, all other lines still have their numbers in the project file.
     """
     whole = str(project) if unit.file != project else ""
     return Extract.make(unit.file, unit.piece.lines(), unit.name, whole, unread)
@@ -151,8 +151,7 @@ def _foreign(
     """Return the bodies in other languages that may be needed, and a note for each body.
 
     A body may be needed if another part of the project mentions its name, or if it is a program and
-    there is no configuration. `files` has the project file of each unit; a replaced unit is in the
-    user's file.
+    there is no configuration. `files` maps the name of each unit to its project file.
     """
     found = [(unit, name, body) for unit in units for name, body in unit.piece.foreign()]
     if not found:
@@ -177,7 +176,7 @@ def _foreign(
 def _readable(piece: Piece) -> Lines:
     """Return the lines of a POU that can mention other POUs.
 
-    The declarations of a body that is not read are left out.
+    Bodies in other languages are left out; a method without a readable body is left out as a whole.
     """
     parts = tuple(part for part in piece.parts if not isinstance(part.body, Foreign))
     lines = tuple(line for part in parts for line in _readable(part))
@@ -193,7 +192,7 @@ def _words(lines: Lines) -> set[str]:
 
 
 def _replaced(units: Sequence[Unit], replaced: Mapping[str, Path]) -> tuple[list[Unit], list[Path]]:
-    """Return the units with replaced bodies, and the files that replace whole units."""
+    """Return the declarations with replaced bodies, and files that replace whole declarations."""
     found, whole = list(units), []
     for name, file in replaced.items():
         number = next((k for k, unit in enumerate(found) if _has(unit.piece, name)), None)
@@ -230,7 +229,10 @@ def _has(piece: Piece, name: str) -> bool:
 
 
 def _with_body(piece: Piece, name: str, text: Sequence[str]) -> Piece:
-    """Return the piece with a body from another file; its other lines remain the project's."""
+    """Return the POU with a body from the user's file.
+
+    All other lines keep their numbers in the project file.
+    """
     own = piece.name.upper() == name.upper()
     body = tuple(Line(line, at) for at, line in enumerate(text, 1)) if own else piece.body
     if not isinstance(body, Foreign) and not own:
@@ -245,7 +247,10 @@ def _with_body(piece: Piece, name: str, text: Sequence[str]) -> Piece:
 
 
 def _elsewhere(lines: Lines) -> Lines:
-    """Mark lines of the project in a source that is named after a replacement; see `ELSEWHERE`."""
+    """Mark lines as lines of the project file.
+
+    The source has the path of the user's file; see `ELSEWHERE`.
+    """
     return tuple(
         line if line.at > ELSEWHERE else replace(line, at=line.at + ELSEWHERE) for line in lines
     )

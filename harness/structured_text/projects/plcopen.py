@@ -52,7 +52,7 @@ _QUALIFIERS = {
     "persistent": " PERSISTENT",
 }
 _PLAIN = "InterfaceAsPlainText"
-#: A part of the names under which CODESYS adds elements to the format.
+#: Part of the name of each element that CODESYS adds to the format.
 _CODESYS = "3s-software.com"
 #: Words in the header of a file, with the dialect of the tool. The words are compared in this
 #: order, those of TwinCAT before those of CODESYS.
@@ -106,7 +106,7 @@ def written_by(root: Element) -> str:
     ).lower()
     found = next((name for word, name in _TOOLS.items() if word in said), "")
     if not found and any(_CODESYS in one.get("name") for one in root.below("data")):
-        return "codesys"  # tools that are derived from CODESYS write headers of their own
+        return "codesys"  # tools that are derived from CODESYS name themselves in the header
     return found
 
 
@@ -322,7 +322,7 @@ class _Reader:
     # --- configurations -------------------------------------------------------------------
 
     def _configuration(self, element: Element) -> Iterator[Unit]:
-        """Yield a configuration, after its named lists of variables and the additions of a tool."""
+        """Yield the named lists of variables and a tool's additions, then the configuration."""
         resources = element.all("resource")
         for one in element.below("pou", "dataType", "Interface", "globalVars"):
             if one.name != "globalVars" or one.get("name"):
@@ -385,21 +385,21 @@ def _is_by_place(variable: Element) -> bool:
 
 
 def _start_arguments(variable: Element) -> str:
-    """Return the arguments for the start of a block, as CODESYS adds them to a variable."""
+    """Return the arguments for the `INIT` of a block, which CODESYS adds to the variable."""
     lists = variable.all("addData", "data", "InputAssignments")
     values = [one.text() for found in lists[:1] for one in found.all("InputAssignment", "Value")]
     return f"({', '.join(values)})" if values else ""
 
 
 def _open_array(variable: Element) -> str:
-    """Return the type of an open array; CODESYS writes a pointer and adds the type."""
+    """Return the type of an array of open length, which CODESYS adds as an attribute."""
     found = variable.all("addData", "data", "Attributes", "Attribute")
     kinds = [one.get("Value") for one in found if one.get("Name") == "variable_length_array"]
     return kinds[0] if kinds else ""
 
 
 def _only(element: Element, file: Path) -> Element:
-    """Return the single element inside another one; raise InputError if there is none."""
+    """Return the single child of an element; raise InputError if there is none."""
     found = [one for one in element.children if one.name not in ("documentation", "addData")]
     found = found or [data for one in element.all("addData", "data") for data in one.children]
     if not found:
@@ -426,7 +426,7 @@ def _text(element: Element) -> Lines:
 
 
 def _extends(element: Element) -> str:
-    """Return EXTENDS and IMPLEMENTS with the names in the elements of CODESYS."""
+    """Return the text of EXTENDS and IMPLEMENTS, with the names that CODESYS has added."""
     text = ""
     for one in element.below("Inheritance", "pouInheritance"):
         bases = [base.text() or base.get("name") for base in one.below("Extends")]
@@ -456,7 +456,7 @@ def _body(element: Element) -> Lines | Foreign:
     lines: list[Line] = []
     for body in element.all("body"):
         found = [one for one in body.children if one.name in _LANGUAGES]
-        if not found:  # CODESYS writes CFC and other graphical languages into elements of its own
+        if not found:  # CODESYS writes CFC and other graphical languages into additional elements
             found = list(body.below(*_LANGUAGES))
             if not found and any(body.below("data")):
                 found = [Element(next(body.below("data")).get("name"), {}, body.at)]

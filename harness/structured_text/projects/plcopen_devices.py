@@ -2,8 +2,8 @@
 
 Only one device is read at a time.
 
-A device is a `configuration`, an application is a `resource` in it, or in the additions to the
-project. Each application has its own programs, lists and tasks.
+A device is a `configuration`. An application is a `resource` in the device, or in the elements that
+CODESYS has added to the project. Each application has its own programs, lists and tasks.
 """
 
 from __future__ import annotations
@@ -39,7 +39,8 @@ class _Application:
 def choose_device(root: Element, device: str, file: Path) -> None:
     """Remove all devices from the tree of a project, except the one to read.
 
-    Raise InputError if there are several and none is named, or there is none of this name.
+    Raise InputError if `device` is empty and there are several devices, or if no device has this
+    name.
     """
     every = list(_applications(root, "", root))
     found = [one for one in every if any(one.element.below(*_CONTENT))]

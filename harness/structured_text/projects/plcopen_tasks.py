@@ -30,11 +30,11 @@ _TIME = re.compile(
 )
 #: Largest number of characters in an interval.
 _LONGEST = 60
-#: A variable of the program, also with the name of its list or program before it.
+#: Matches a variable, also with the name of its list of globals or program before it.
 _VARIABLE = re.compile(r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*", re.ASCII)
-#: The start of a task for each kind of task in CODESYS that is not cyclic.
+#: The kind of start (`tasks`) for each kind of task in CODESYS that is not cyclic.
 _STARTS = {"event": EDGE, "status": LEVEL, "freewheeling": FREE, "externalevent": UNKNOWN}
-#: Names of the settings that contain the variable or event of a task.
+#: Names of the CODESYS settings that contain the variable or event of a task.
 _EVENTS = ("Event", "EventVariable", "Variable", "Status", "StatusVariable", "ExternalEvent")
 
 
@@ -44,7 +44,7 @@ def read_tasks(elements: Iterable[Element], file: Path) -> list[ToolTask]:
 
 
 def written_interval(element: Element, task: ToolTask) -> str:
-    """Return the interval as written if it is a literal of the standard, else as a new literal."""
+    """Return the interval of a task as a literal; a valid literal is returned unchanged."""
     text = element.get("interval").strip()
     return text if "#" in text else interval_text(task.interval_us)
 
@@ -66,12 +66,15 @@ def _task(element: Element, file: Path) -> ToolTask:
 
 
 def _settings(element: Element) -> Element:
-    """Return the settings that CODESYS adds, or an empty element."""
+    """Return the element with the task settings of CODESYS; an empty element if there is none."""
     return next(element.below("TaskSettings"), Element("TaskSettings", {}, element.at))
 
 
 def _start(element: Element) -> tuple[str, str]:
-    """Return the kind of start, and the variable or event; both empty for an interval."""
+    """Return how a task is started, and the variable or event.
+
+    Both texts are empty if an interval starts the task.
+    """
     settings = _settings(element)
     kind = settings.get("KindOfTask").lower().replace(" ", "")
     texts = (element.get("single"), *(settings.get(name) for name in _EVENTS))
@@ -89,7 +92,7 @@ def _start(element: Element) -> tuple[str, str]:
 def _microseconds(task: Element, file: Path) -> int:
     """Return the interval of a task [µs]: `T#10ms`, `PT0.01S` or milliseconds.
 
-    CODESYS's own setting is read if the element has no interval, or 0.
+    If the element has no interval, or the interval 0, the setting that CODESYS adds is read.
     """
     text, name = task.get("interval").strip(), task.get("name")
     settings = _settings(task)

@@ -59,7 +59,7 @@ _TYPES = {
     **{f"{name}_LTIME": name for name in ("TON", "TOF", "TP")},
     **{f"{name}_INT": name for name in ("CTU", "CTD", "CTUD")},
 }
-#: Blocks that can be called on a data block of one of these types, as `Timer.TON(...)`.
+#: Types of data blocks, with the blocks that can be called on them, as in `Timer.TON(...)`.
 _GENERIC = {"IEC_TIMER": ("TON", "TOF", "TP"), "IEC_COUNTER": ("CTU", "CTD", "CTUD")}
 _CALLED = tuple(name for names in _GENERIC.values() for name in names)
 #: Kinds of tokens that can be names.
@@ -115,7 +115,7 @@ def _text(file: Path) -> str:
 
 
 def _is_narrow(content: bytes) -> bool:
-    """Return whether a source is neither UTF-8 nor UTF-16 with a byte order mark."""
+    """Return whether a source has another encoding than UTF-8, or UTF-16 with a byte order mark."""
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         return False
     try:
@@ -162,12 +162,12 @@ def started(units: Sequence[Unit]) -> Project:
 
 @dataclass
 class _Data:
-    """Initial values of a data block, nested by the steps of their paths."""
+    """The initial values of a data block, nested by member like the structure."""
 
     values: dict[str, _Data | str] = field(default_factory=dict)
 
     def put(self, path: Sequence[str], value: str) -> None:
-        """Set a value."""
+        """Set the initial value of the element that a path of names leads to."""
         first, *rest = path
         if not rest:
             self.values[first] = value
@@ -201,7 +201,7 @@ class _Reader:
         return bisect_right(self._starts, token.start)
 
     def units(self) -> Iterator[Unit]:
-        """Yield the blocks in order."""
+        """Yield the translated blocks of the source, in their order."""
         self._calls.update(self.generic_calls())
         place = 0
         while place < len(self._code):
@@ -222,7 +222,10 @@ class _Reader:
         return InputError(message, file=self._file, line=self._line(token), hint=hint)
 
     def _find(self, word: str, first: int, end: int) -> int:
-        """Return the index of the first token with this word from `first` on; else `end`."""
+        """Return the index of the first token with this word from `first` on.
+
+        If there is no such token, return `end`.
+        """
         return next((k for k in range(first, end) if self._at(k).word == word), end)
 
     def _at(self, place: int) -> _Token:
@@ -267,7 +270,7 @@ class _Reader:
         """Replace the names of `CONST Name := value; … END_CONST` by their values.
 
         Such a constant has no type of its own; the type follows from its use. Raise InputError if a
-        section has no end, or an entry no value.
+        section has no end, or an entry has no value.
         """
         values: dict[str, str] = {}
         k = place
@@ -315,7 +318,7 @@ class _Reader:
             raise self._error("a ';' is missing", entry[-1])
 
     def _header(self, place: int, end: int, word: str) -> int:
-        """Blank the header between a name and the variables; return the index behind it."""
+        """Blank the header between a block's name and its variables; return the next index."""
         if word == "FUNCTION" and self._at(place).text == ":":
             result = self._at(place + 1)
             if result.word == "VOID":
@@ -434,7 +437,10 @@ class _Reader:
             self._generic_type(token, self._declared(place))
 
     def _generic_type(self, token: _Token, name: str) -> None:
-        """Rename a block or type, or choose it by the block that is called on the variable."""
+        """Rename a Siemens block or type.
+
+        A generic type is replaced by the block that is called on the variable.
+        """
         if token.word in _TYPES:
             token.new = _TYPES[token.word]
         elif token.word in _GENERIC:

@@ -39,15 +39,15 @@ __all__ = [
 
 #: One or several files or folders.
 Files = str | Path | Sequence[str | Path]
-#: Files to read instead of others, by the resolved path of the original: a mutant is a copy with an
-#: inserted error.
+#: Maps the resolved path of a file to another file that is read in its place, such as a mutant.
 INSTEAD: dict[Path, Path] = {}
 
 #: Folders of other tools, in addition to hidden folders. ST files in them do not belong to the
 #: user.
 _FOREIGN = ("__pycache__", "site-packages")
 
-#: Listed folders by path: identity and times of the folder, and the files and folders in it.
+#: Cached lists of folders, by path: identity and times of a folder, and the files and folders in
+#: it.
 _NAMES: dict[str, tuple[tuple[int, ...], tuple[list[str], list[str]]]] = {}
 #: Endings of sources. All but the first belong to Automation Studio.
 _ENDINGS = (".st", ".var", ".typ", ".fun")
@@ -67,12 +67,13 @@ class SourceFiles:
     """The sources of a program: the user's own files and those of the library.
 
     Attributes:
-        own: ST files, and extracts of project files.
+        own: The user's ST files, and the extracts of the user's project files.
         lib: The files of the library that the own files need.
         folder: The folder of the library; None if there is none.
         notes: One line for each part of a project that is not read.
-        declared: Names that projects declare, in upper case; not taken from the library.
-        missing: Libraries that projects refer to and that the user has not given.
+        declared: Names that the user's projects declare, in upper case. They are not taken from the
+            library.
+        missing: Libraries that the user's projects refer to, and that the user has not named.
     """
 
     own: tuple[Path, ...]
@@ -113,9 +114,9 @@ def source_files(
     """Find the files of a program, and the library files that it needs.
 
     Raise InputError if a file or folder is missing, a folder has no sources, or a project cannot be
-    read. A folder gives its `.st` files (see `st_files`), or else its TwinCAT project. The library
-    is searched with its subfolders; names that a project declares are not taken from it. `replace`
-    has files with Structured Text for POUs of a project, by name. `dialect` is a name of
+    read. For a folder, the `.st` files are read (see `st_files`), or else its TwinCAT project. The
+    library is searched with its subfolders; names that a project declares are not taken from it.
+    `replace` has files with Structured Text for POUs of a project, by name. `dialect` is a name of
     `language.dialects`; without it, the format of a project decides. `device` names the device to
     read in a project with several devices.
     """
@@ -202,7 +203,10 @@ def _needed(
     taken: frozenset[Path],
     declared: frozenset[str],
 ) -> tuple[Path, ...]:
-    """Return the library files that `own` needs; `seen` and `library` are stamps for the cache."""
+    """Return the library files that `own` needs.
+
+    The result is cached; `seen` and `library` are part of the cache key.
+    """
     del seen
     found = [file for file, place in library.files() if place not in taken]
     return tuple(needed(own, not_declared(found, declared)))
@@ -217,7 +221,7 @@ def named_files(program: Files) -> list[Path]:
 
 
 def not_declared(library: Sequence[Path], declared: frozenset[str]) -> list[Path]:
-    """Return the library files that declare no name of the project."""
+    """Return the library files that declare none of the project's names."""
     if not declared:
         return list(library)
     return [file for file in library if not declared_names(file) & declared]
@@ -226,15 +230,14 @@ def not_declared(library: Sequence[Path], declared: frozenset[str]) -> list[Path
 def st_files(folder: Path) -> list[Path]:
     """Return the ST files of a folder and its subfolders, sorted.
 
-    Hidden files and folders (`.venv`, `.git`), `site-packages` and `__pycache__` below it are
-    omitted; the folder itself may be inside such a folder. Files that an export has written are
-    also omitted.
+    Hidden files and folders (`.venv`, `.git`), `site-packages` and `__pycache__` inside the folder
+    are omitted. Files that an export has written are omitted, too.
     """
     return [file for file, _ in _Folder.of(folder).files()]
 
 
 class _Folder(NamedTuple):
-    """The present content of a folder, as a cache key.
+    """The present content of a folder, used as a cache key.
 
     The key includes `place`, the resolved path, because relative paths depend on the working
     directory.
@@ -256,7 +259,10 @@ class _Folder(NamedTuple):
 
 @lru_cache(maxsize=64)
 def _looked_at(folder: _Folder) -> tuple[tuple[Path, Path], ...]:
-    """Return the files for `_Folder.files`, cached by the content of the folder."""
+    """Return the user's ST files in a folder, each with its resolved path.
+
+    The result is cached until the content of the folder changes.
+    """
     every = [Path(path) for path, _, _ in folder.stamps if not path.endswith(RECORD)]
     # The search is case-sensitive on all systems, as on Linux.
     every.sort(key=lambda file: file.parts)
@@ -286,10 +292,11 @@ def _listed(folder: str) -> list[_Stamp]:
 
 
 def _names(folder: str) -> tuple[list[str], list[str]]:
-    """Return the paths of files in a folder that `_listed` needs, and of its subfolders.
+    """Return the paths of ST files and export records in a folder, and the paths of its subfolders.
 
-    They are cached as long as the folder and its times are unchanged. A recently changed folder is
-    not cached: because of the clock's resolution, a further change might not change its times.
+    The paths are cached as long as the folder and its times are unchanged. A recently changed
+    folder is not cached: because of the clock's resolution, a further change might not change its
+    times.
     """
     seen = os.stat(folder)
     times = seen.st_mtime_ns, seen.st_ctime_ns
@@ -320,7 +327,7 @@ def _stamped(path: str) -> Iterator[_Stamp]:
 
 
 def _is_users(file: Path, folder: Path) -> bool:
-    """Return whether a file below a folder is the user's own, and not that of another tool."""
+    """Return whether a file inside a folder belongs to the user, and not to another tool."""
     parts = file.relative_to(folder).parts
     return not any(part.startswith(".") or part in _FOREIGN for part in parts)
 
@@ -344,7 +351,7 @@ def _expand(path: Path) -> list[Path]:
 def _project_in(folder: Path) -> list[Path]:
     """Return the files of a TwinCAT project in a folder.
 
-    Files that an export has written are included only if the folder is that of the export.
+    Files that an export has written are included only if the user names the folder of the export.
     """
     found = in_folder(file for file in folder.rglob("*") if _is_users(file, folder))
     written = own_output(resolved(found))

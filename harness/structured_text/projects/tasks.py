@@ -25,8 +25,8 @@ __all__ = [
 NAME = "Tasks"
 
 
-#: Starts of a task: a rising edge of a variable, a variable that is TRUE, the end of the last run
-#: (freewheeling), or an event outside of the program, which never occurs here.
+#: Ways to start a task: at a rising edge of a variable, while a variable is TRUE, at the end of its
+#: last run (freewheeling), or at an external event, which never occurs here.
 EDGE, LEVEL, FREE, UNKNOWN = "edge", "level", "free", "unknown"
 
 #: Part of the note on a task with an event that this toolkit does not simulate.
@@ -70,7 +70,7 @@ class ToolTask:
 
 
 def by_event(tasks: Sequence[ToolTask]) -> tuple[list[ToolTask], Project]:
-    """Replace tasks that a variable starts with a program that runs in every scan.
+    """Replace each task that a variable starts by a program that runs in every scan.
 
     The new program calls the programs of the task at a rising edge of the variable (CODESYS:
     Event), or while the variable is TRUE (Status). A freewheeling task becomes a program that runs
@@ -114,7 +114,9 @@ def _caller(name: str, task: ToolTask) -> Lines:
 
 
 def configuration(tasks: Sequence[ToolTask]) -> Project:
-    """Return a CONFIGURATION with the tasks; it belongs to the file of the first task.
+    """Return a CONFIGURATION with the tasks.
+
+    The CONFIGURATION belongs to the file of the first task.
 
     Tasks without programs get a note.
     """

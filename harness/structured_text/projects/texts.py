@@ -16,8 +16,8 @@ _NAME = re.compile(r"\w{1,200}")
 def st_texts(project: Project) -> dict[str, str]:
     """Return the text of each declaration, by the name of its file.
 
-    Bodies in other languages become comments that say so. Raise InputError if two declarations have
-    the same name, or a name cannot be a file name.
+    A body in another language becomes a comment that names the language. Raise InputError if two
+    declarations have the same name, or a name cannot be a file name.
     """
     texts: dict[str, str] = {}
     units: dict[str, Unit] = {}

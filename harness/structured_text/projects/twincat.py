@@ -155,7 +155,7 @@ def read_plcproj(file: Path) -> Project:
 
 
 def _settings(root: Element, *names: str) -> tuple[str, ...]:
-    """Return the texts of some settings of the project, without empty texts."""
+    """Return the texts of these settings of the project; empty texts are left out."""
     texts = (one.text() for name in names for one in root.all("PropertyGroup", name))
     return tuple(dict.fromkeys(text for text in texts if text))
 
@@ -177,7 +177,7 @@ def _libraries(root: Element, file: Path) -> Iterator[Library]:
 
 
 def _below(folder: Path, named: PureWindowsPath) -> Path | None:
-    """Return the file with this path in a folder, whatever the case of its name, or None."""
+    """Return the file with this path in a folder, compared without case; None if there is none."""
     place = folder
     for part in named.parts:
         step = place / part

@@ -26,8 +26,8 @@ _DECLARED = re.compile(
     rb"(?:\xef\xbb\xbf)?<\?xml\s[^>]*?encoding\s*=\s*[\"']([A-Za-z][\w.\-]*)[\"']"
 )
 _PROLOG = 400
-#: Multi-byte encodings, with the codecs of Python. Windows uses these names for encodings with more
-#: characters, so the codecs are the larger ones.
+#: Multi-byte encodings, each with the codec of Python. Windows uses these names for encodings with
+#: more characters, so each codec is the one with more characters.
 _CODECS = {
     **dict.fromkeys(("shiftjis", "sjis", "xsjis", "mskanji", "windows31j", "cp932"), "cp932"),
     **dict.fromkeys(("eucjp", "xeucjp"), "euc_jp"),
@@ -46,10 +46,10 @@ class Element:
     r"""An XML element; names have no namespace prefix.
 
     Attributes:
-        at: The line of its start tag.
-        content: Its elements and pieces of text. A piece continues the line of the piece before
-            it; the piece `"\n"` ends a line.
-        end: The line of its end tag.
+        at: The line of the start tag.
+        content: The child elements and pieces of text. A piece continues the line of the piece
+        before it; the piece `"\n"` ends a line.
+        end: The line of the end tag.
     """
 
     name: str
@@ -59,7 +59,7 @@ class Element:
     end: int = 0
 
     def get(self, name: str, default: str = "") -> str:
-        """Return an attribute."""
+        """Return an attribute as text; empty if the element does not have it."""
         return self.attributes.get(name, default)
 
     @property
@@ -68,14 +68,14 @@ class Element:
         return [one for one in self.content if isinstance(one, Element)]
 
     def all(self, *path: str) -> list[Element]:
-        """Return the elements on a path of names."""
+        """Return the elements that a path of names leads to, from child to child."""
         found = [self]
         for name in path:
             found = [child for one in found for child in one.children if child.name == name]
         return found
 
     def first(self, *path: str) -> Element | None:
-        """Return the first element on a path of names, or None."""
+        """Return the first element that a path of names leads to, or None."""
         found = self.all(*path)
         return found[0] if found else None
 
@@ -124,7 +124,7 @@ def _joined(pieces: list[Line]) -> Line:
 
 
 def read_xml(file: Path) -> Element:
-    """Read a file, or raise InputError."""
+    """Read an XML file and return its root element, or raise InputError."""
     content = file_bytes(file, PROJECT)
     declared = _DECLARED.match(content[:_PROLOG])
     if declared is not None:

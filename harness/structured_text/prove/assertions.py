@@ -1,7 +1,7 @@
 """Assertions in comments, `(* prove: NOT (Gripper AND Conveyor) *)`, translated into statements.
 
-The statement that replaces an assertion shifts by a negative literal if the assertion does not
-hold. An engine stops there with an error in that line; a proof has an obligation there.
+Each assertion becomes a statement in its line. If the assertion does not hold, the statement shifts
+by a negative literal. An engine stops there with an error; a proof has an obligation for this line.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from structured_text.language.source import Extract, origin, source_text
 
 __all__ = ["STOPS", "VARIABLE", "Assertion", "Copies", "with_assertions"]
 
-#: The kind of the obligation for a broken assertion. No other statement shifts by a negative
-#: literal. File and line distinguish an assertion from a shift by a variable.
+#: The kind of the obligation for a broken assertion. A shift by a variable has the same kind, so
+#: file and line distinguish them.
 STOPS = "shift"
 _COMMENT = re.compile(
     r"\(\*\s*prove\s*:(?P<block>.*?)\*\)|//\s*prove\s*:(?P<line>[^\n]*)", re.S | re.I
@@ -39,7 +39,7 @@ class Assertion:
 
 @dataclass(frozen=True)
 class Copies:
-    """Copies of a program's files in which assertions are statements.
+    """Copies of a program's files in which each assertion has become a statement.
 
     Attributes:
         files: The copies; each line has the same number as in the original.
@@ -71,7 +71,7 @@ def with_assertions(files: Sequence[Path], folder: Path) -> Copies:
         copy = folder / str(number) / (file.name if lines is None else f"{file.name}.st")
         copy.parent.mkdir(parents=True)
         copy.write_text(text, encoding="utf-8")
-        if lines is not None:  # the lines keep their numbers in the project file
+        if lines is not None:  # each line keeps its number in the project file
             changed = zip(lines, text.splitlines(), strict=True)
             texts = tuple(replace(old, text=new) for old, new in changed)
             copy = Extract.make(copy, texts, unread=getattr(file, "unread", ()))
@@ -114,7 +114,7 @@ def _with_statements(file: Path) -> tuple[str, list[tuple[int, str]]]:
 
 
 def _declared(text: str, heads: set[int]) -> str:
-    """Return the text with the variable declared in each POU that has assertions.
+    """Declare the helper variable `VARIABLE` in each POU that has assertions, and return the text.
 
     `heads` has the offsets of these POUs before any statement was inserted; it is empty without
     assertions.

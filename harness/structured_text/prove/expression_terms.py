@@ -75,7 +75,7 @@ class _Machine(Protocol):
 
 
 class ExpressionTerms:
-    """The evaluation of expressions in the memory of a machine; `Machine` owns one."""
+    """Evaluates expressions in the memory of a machine."""
 
     def __init__(self, machine: _Machine) -> None:
         self._machine = machine
@@ -84,7 +84,7 @@ class ExpressionTerms:
     # --- variables ---
 
     def places(self, node: t.Expression) -> Alternatives:
-        """Return the places of a variable, or of a function result that is a structure or an array.
+        """Return the memory paths of a variable, or of a returned structure or array.
 
         A constant index adds one step to the path. An index that is not constant gives one
         alternative per element, with the condition that the index selects it.
@@ -139,7 +139,7 @@ class ExpressionTerms:
         return position
 
     def long_element(self, node: t.Expression) -> tuple[Alternatives, ArrayType, Value] | None:
-        """Return array, type and position of an element of a long array, or None."""
+        """Return array, type and position of an element of a long array, else None."""
         if not isinstance(node, t.Index):
             return None
         (leaf, *_) = self._machine.leaves(node.base.type)
@@ -150,7 +150,7 @@ class ExpressionTerms:
         return self.places(node.base), kind, self._position(node)
 
     def assign(self, target: t.Variable, value: Value) -> None:
-        """Write a scalar."""
+        """Assign a value to a scalar variable."""
         found = self.long_element(target)
         if found is not None:
             self._machine.set_element(*found, value)
@@ -255,7 +255,7 @@ class ExpressionTerms:
         return result
 
     def _cut(self, number: reals.Real, width: int, kind: Type) -> Value:
-        """Return a number truncated towards zero; record the obligation that it fits."""
+        """Return a number truncated towards zero; record the obligation that it fits its type."""
         signed = type_name(kind) in MOMENTS or type_name(kind) in SIGNED
         self._machine.oblige("conversion", negated(reals.fits(number, width, signed=signed)))
         return reals.cut(number, width, signed=signed)
@@ -330,7 +330,7 @@ class ExpressionTerms:
         raise UnsupportedError(f"the standard function {name} is not supported")
 
     def _known(self, node: t.Standard, arguments: list[Value]) -> None:
-        """Record an operation with known operands if its result may leave its type."""
+        """Record an operation with known operands, so that a result outside its type is noticed."""
         source, kind = node.arguments[0].type, node.type
         if not is_known(arguments[0]):
             return
@@ -361,7 +361,7 @@ class ExpressionTerms:
 
     def _bounded(self, name: str, arguments: list[Value], kind: Type) -> Value:
         def bound(op: str, one: Value, other: Value) -> Value:
-            """Return `one` if it lies beyond the limit `other`, else `other`."""
+            """Return `one` if the comparison `one op other` is TRUE, else `other`."""
             return values.choose(values.compare(op, one, other, kind), one, other, kind)
 
         if name == "LIMIT":
@@ -401,8 +401,7 @@ class ExpressionTerms:
             none = values.compare("=", count, 0, node.arguments[1].type)
             return value if name in ("ROL", "ROR") else both(value, none)
         if name in ("ROL", "ROR") and not is_known(count):
-            # The width is a power of two, so the lowest bits of the count are the remainder by the
-            # width.
+            # The width is a power of two, so the remainder of the count is in its lowest bits.
             low = z3.Extract(min(count.size(), width.bit_length() - 1) - 1, 0, count)
             amount = z3.ZeroExt(width - low.size(), low)
             amount = amount if name == "ROL" else -amount & width - 1
@@ -505,8 +504,8 @@ class ExpressionTerms:
     def _to_moment(self, source: str, target: str, value: Value, node: t.Standard) -> Value:
         """Return a number, duration or date converted to a TIME or date type.
 
-        Numbers count seconds; numbers of the L types count nanoseconds. Raise UnsupportedError if a
-        date and time is converted to its date or its time of day.
+        The dialect decides in which unit a number counts (`Dialect.unit_ns`). Raise
+        UnsupportedError if a date and time is converted to its date or its time of day.
         """
         unit = self._rules.unit_ns(target)
         if source in MOMENTS:
@@ -544,5 +543,6 @@ class ExpressionTerms:
 
 _DINT, _TIME = ELEMENTARY["DINT"], ELEMENTARY["TIME"]
 
-#: Functions that this module computes itself for known arguments; all others use the engine's code.
+#: Functions that this module computes itself for known arguments. For all other functions the
+#: engine's code computes the result.
 _OWN = ("AND", "OR", "XOR", "ADD", "MUL", "MOVE", "SEL", "MUX", "LEN", "CONCAT")

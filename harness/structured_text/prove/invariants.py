@@ -1,4 +1,4 @@
-"""Inductive invariants of a user's variables: candidates are generated, then tested by a scan.
+"""Inductive invariants of a user's variables: this module generates candidates and tests them.
 
 The induction step starts from any state, also from states that no run reaches. Invariants exclude
 such states. Candidates are simple relations between variables and constants of the program. The

@@ -17,7 +17,7 @@ __all__ = ["result"]
 
 
 def result(node: t.Standard, arguments: list[Value], rules: Dialect) -> tuple[Value, str]:
-    """Return the result of a call, and the kind of the obligation that it breaks or "".
+    """Return the result of a call, and the kind of the broken obligation or "".
 
     The call breaks an obligation if the engine's code raises an error. Its result is then 0 or an
     empty text.
@@ -32,7 +32,7 @@ def result(node: t.Standard, arguments: list[Value], rules: Dialect) -> tuple[Va
 
 
 def _refusal(name: str) -> str:
-    """Return the kind of the obligation of a function, for known and for unknown arguments."""
+    """Return the kind of the obligation that an illegal argument of this function breaks."""
     if name in ("SHL", "SHR"):
         return "shift"
     if name in ("DIV", "MOD"):
@@ -43,7 +43,7 @@ def _refusal(name: str) -> str:
 
 
 def _plain(value: Value) -> Any:
-    """Return a known value in the representation of the engine."""
+    """Return a known value as the Python value that the engine uses."""
     if isinstance(value, reals.Real):
         return value.value
     return texts.plain(value) if isinstance(value, texts.Text) else value

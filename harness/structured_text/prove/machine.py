@@ -37,8 +37,8 @@ _BOOL = ELEMENTARY["BOOL"]
 
 #: Highest number of rounds to which a loop is unrolled; a longer loop is refused.
 _ROUNDS = 4096
-#: Number of rounds after which the solver checks only every 16th time whether another round is
-#: possible. An additional round changes nothing, because its condition cannot hold.
+#: After this number of rounds, the solver checks only every 16th time whether another round is
+#: possible. A superfluous round changes nothing, because its condition cannot hold.
 _ASKED = 16
 
 #: The condition of a branch, and the function that runs it.
@@ -47,9 +47,10 @@ _Branch = tuple[Bool, Callable[[], None]]
 
 @dataclass(frozen=True)
 class Obligation:
-    """An operation that must not fail, with its `kind` (index, division, ...) and its position.
+    """An operation that must not fail, with the kind of failure (such as index) and position.
 
-    `when` is the condition under which it fails. `properties.Watch` reads these.
+    `when` is the condition under which the operation fails. `properties.Watch` reads the
+    obligations of each scan.
     """
 
     kind: str
@@ -69,7 +70,7 @@ class Call:
 
 @dataclass
 class _Frame:
-    """The frame of a running POU, with the places of its variables in the memory."""
+    """The frame of a running POU, with the memory paths of its variables."""
 
     pou: t.Pou
     roots: dict[str, Alternatives] = field(default_factory=dict)
@@ -159,7 +160,10 @@ class Machine(SymbolicMemory):
         block: str,
         in_outs: Mapping[str, Path | Alternatives],
     ) -> None:
-        """Run the body of a block on an instance; `in_outs` are the places of its VAR_IN_OUT."""
+        """Run the body of a block on an instance.
+
+        `in_outs` holds the memory paths of the variables that are passed as VAR_IN_OUT.
+        """
         self.calls.append(Call(instance, block, both(*self._guards)))
         if block in BLOCKS:
             standard.run(self, instance, block)
@@ -183,7 +187,7 @@ class Machine(SymbolicMemory):
         """Run a function and return its result.
 
         Scalars are passed and returned as values; structures and arrays are passed and returned as
-        their places.
+        memory paths.
         """
         if name in self.summaries:
             return self.summaries[name](self, arguments)
@@ -219,7 +223,7 @@ class Machine(SymbolicMemory):
         self._at = at
 
     def root(self, symbol: t.Symbol) -> Alternatives:
-        """Return the places in the memory for a variable of the running POU."""
+        """Return the memory paths of a variable of the running POU."""
         name = symbol.name.upper()
         if symbol.section == "VAR_EXTERNAL":
             name = symbol.source or name
@@ -369,7 +373,7 @@ class Machine(SymbolicMemory):
                 self.copy(self.expressions.places(variable), source, pins[pin].type)
 
     def _connected(self, node: t.Variable, written_back: list[Callable[[], None]]) -> Alternatives:
-        """Return the places of a variable that is connected to a VAR_IN_OUT.
+        """Return the memory paths of a variable that is connected to a VAR_IN_OUT.
 
         An element of a long array has no path of its own. The element is copied into a temporary
         variable, and a function that writes it back is added to `written_back`.
@@ -510,7 +514,7 @@ class _Ends:
 
 @dataclass
 class _Left:
-    """The conditions under which a POU (RETURN) or a loop (EXIT) has been left."""
+    """The conditions under which a RETURN has left a POU, or an EXIT a loop."""
 
     returns: Bool = False
     exits: Bool = False
@@ -526,7 +530,7 @@ class _Left:
 
 
 def _labelled(selector: Value, labels: Iterable[tuple[int, int]], kind: Type) -> Bool:
-    """Return the condition that one of the labels of a CASE selects."""
+    """Return the condition that the selector of a CASE matches one of the labels of a branch."""
     return either(
         *(
             values.compare("=", selector, low, kind)

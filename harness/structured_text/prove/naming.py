@@ -1,4 +1,4 @@
-"""The names and literals of the program for a state that the solver has found."""
+"""Describes a state that the solver has found, with the names and literals of the program."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _REALS = {"REAL": "f", "LREAL": "d"}
 
 
 class Names:
-    """The names and values of solver variables, for messages."""
+    """Translates solver variables and their values into the program's names, for messages."""
 
     def __init__(self, memory: SymbolicMemory, around: Surroundings) -> None:
         self._memory = memory

@@ -42,8 +42,8 @@ class Operation:
         pou: The POU with the operation.
         line: First line of the statement with the operation.
         reached: The condition under which the operation is run.
-        leaves: A function that returns the condition that the result leaves its type, for a range
-            of TIME. The term is created only on request.
+        leaves: A function that takes the range of TIME and returns the condition under which the
+            result leaves its type. The term is created only on request.
     """
 
     node: t.Expression
@@ -131,7 +131,7 @@ def arithmetic(op: str, left: Value, right: Value, kind: Type, time: Span) -> Bo
 def _with_known(op: str, left: Value, number: int, low: int, high: int, kind: Type) -> Bool:
     """Return the condition that an operation with a constant leaves its type.
 
-    It needs at most two comparisons.
+    The condition has at most two comparisons.
     """
     if op in "+-":
         by = number if op == "+" else -number

@@ -35,8 +35,8 @@ class ProgramMachine(Machine):
         library: The files of the library.
         exact: If True, functions give exactly the result of their body (for runs). If False, a
             summarized function may give any result in its range (for proofs).
-        outline: A block or function of the library may write anything to its VAR_IN_OUT variables
-            and outputs, provided the outputs keep the contract.
+        outline: Whether a block or function of the library may write anything to its VAR_IN_OUT
+            variables and outputs. Only the rules for Done, Busy, Error and ErrorID are assumed.
         milliseconds: The name of a library function that counts the milliseconds of a duration in a
             long loop.
 

@@ -121,7 +121,7 @@ class Watch:
         return found
 
     def wraps(self, machine: ProgramMachine) -> dict[Key, tuple[str, Bool]]:
-        """Return the user's arithmetic by line: its text, and when its result leaves the type."""
+        """Return text and overflow condition of the user's arithmetic, by line."""
         found: dict[Key, tuple[str, Bool]] = {}
         for one in machine.operations:
             when = one.when() if one.file in self.copies.originals else False
@@ -136,12 +136,15 @@ class Watch:
 
     @property
     def always(self) -> list[Key]:
-        """Return the rules for calls of the library, and the assertions of the program."""
+        """Return the properties that are reported in any case.
+
+        These are the rules for calls of the library, and the assertions of the program.
+        """
         rules = [ONCE, STEADY] if self.library.areas else []
         return [*rules, *(("assert", *place) for place in sorted(self._asserted))]
 
     def alone(self, key: Key, when: Bool, machine: ProgramMachine) -> Bool:
-        """Return the condition that a property is broken and no other obligation is."""
+        """Return the condition that a property is broken and no other obligation is broken."""
         others = [one.when for one in machine.obligations if self._key(one) != key]
         return both(when, *map(negated, others))
 

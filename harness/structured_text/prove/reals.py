@@ -164,7 +164,10 @@ def _is_nan(number: Real) -> Bool:
 
 
 def _key(number: Real) -> Any:
-    """Return bits with an unsigned order that is the order of the numbers; both zeros are equal."""
+    """Return the number as unsigned bits that sort like the REAL numbers.
+
+    +0 and -0 give the same bits.
+    """
     pattern = _pattern(number)
     if isinstance(pattern, int):
         pattern = 0 if pattern == _SIGN else pattern
@@ -180,7 +183,7 @@ _MIRRORED = {"<": ">", ">": "<", "<=": ">=", ">=": "<=", "=": "=", "<>": "<>"}
 
 
 def compare(op: str, left: Real, right: Real) -> Bool:
-    """Return a comparison, in which NaN is unequal to everything."""
+    """Return the result of a comparison; NaN is unequal to every number."""
     if left.known and right.known:
         return bool(COMPARISONS[op](left.value, right.value))
     if op == "<>":
@@ -263,13 +266,13 @@ def absolute(number: Real) -> Real:
 
 
 def from_integer(value: Any, kind: str, *, signed: bool) -> Real:
-    """Return a number from an integer, rounded to the nearest."""
+    """Convert an integer to a REAL or LREAL, rounded to the nearest number."""
     if isinstance(value, int):
         return constant(float(value), kind)
     sort = z3.Float32() if kind == "REAL" else z3.Float64()
     convert = z3.fpSignedToFP if signed else z3.fpUnsignedToFP
     if kind == "REAL" and value.size() > 53:
-        # The built-in engine converts such a number to a double first.
+        # The built-in engine converts the integer to a double first, and then rounds it to REAL.
         return _narrow(z3.fpFPToFP(z3.RNE(), convert(z3.RNE(), value, z3.Float64()), sort))
     term = convert(z3.RNE(), value, sort)
     return _narrow(term) if kind == "REAL" else Real(term, double=True)
@@ -288,7 +291,7 @@ def _float(value: int) -> Any:
 
 
 def to_integer(number: Real, width: int, *, signed: bool) -> Any:
-    """Return the nearest whole number, halves to even.
+    """Return the nearest whole number; a half is rounded to the even neighbour.
 
     A negative number is 0 in an unsigned type.
     """

@@ -35,7 +35,7 @@ class Counterexample:
     Attributes:
         scan_us: The period of its scans.
         steps: The input before each scan; the last scan is the one that breaks the property.
-        states: The scalars of the program after each scan, by their place in a machine.
+        states: The scalars of the program after each scan, by their path in the symbolic memory.
     """
 
     scan_us: int
@@ -57,7 +57,7 @@ class Search:
     Attributes:
         given: The input from the surroundings before each scan.
         states: The memory after each scan.
-        names: Equations between the names for values of earlier scans and these values.
+        names: Equations that define the names which stand for values of earlier scans.
     """
 
     project: Project

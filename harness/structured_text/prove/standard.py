@@ -41,7 +41,7 @@ def memory(name: str) -> tuple[tuple[str, str], ...]:
 
 
 class _Machine(Protocol):
-    """The memory and the time of a `machine.Machine`, as the blocks use them."""
+    """The part of `machine.Machine` that the standard blocks use: memory and time."""
 
     now: Value
     project: Project
@@ -52,7 +52,7 @@ class _Machine(Protocol):
 
 
 class _Instance:
-    """An instance of a block; its pins and its memory are read as attributes."""
+    """An instance of a standard block; `instance["PT"]` reads a pin or an internal variable."""
 
     def __init__(self, machine: _Machine, path: tuple[Any, ...], name: str) -> None:
         self._machine = machine
@@ -71,14 +71,14 @@ class _Instance:
         return self._machine[path]
 
     def set(self, when: Bool, **slots: Value) -> None:
-        """Set slots to these values under a condition."""
+        """Set variables of the instance to these values if the condition holds."""
         for slot, value in slots.items():
             path = (*self._path, slot)
             before = self._machine[path]
             self._machine[path] = values.choose(when, value, before, self._types[slot])
 
     def kind(self, slot: str) -> Type:
-        """Return the type of a slot."""
+        """Return the type of a variable of the instance."""
         return self._types[slot]
 
     def is_phase(self, phase: int) -> Bool:
@@ -91,7 +91,7 @@ class _Instance:
 
 
 def run(machine: _Machine, path: tuple[Any, ...], name: str) -> None:
-    """Run one call, or raise UnsupportedError."""
+    """Run one call of a standard block, or raise UnsupportedError."""
     body = _BODIES.get(_kind(name))
     if body is None:
         raise UnsupportedError(f"the standard block {name} is not supported")

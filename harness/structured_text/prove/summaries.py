@@ -99,7 +99,7 @@ def literals(term: Any) -> set[int] | None:
 
 
 def one_of(term: Any, numbers: set[int]) -> Any:
-    """Return a term equal to `term`, written as a choice among the numbers that it can be."""
+    """Return `term` rewritten as a choice among the numbers that it can have as its value."""
     first, *rest = sorted(numbers)
     result = z3.BitVecVal(first, term.size())
     for number in rest:

@@ -25,7 +25,7 @@ __all__ = ["Given", "Input", "Surroundings", "path_of"]
 
 @dataclass(frozen=True)
 class Input:
-    """A variable that may be set from outside before each scan, with its path as a name."""
+    """A variable that may be set from outside before each scan; `name` is its path."""
 
     name: str
     path: Path
@@ -53,7 +53,7 @@ class Surroundings:
     """A project's programs with all inputs that may change from outside.
 
     This class is a program without a process image: only its inputs change. A derived class sets
-    more in `give_areas`, and returns the places it sets in `held`.
+    more in `give_areas`; its `held` returns the memory paths that `give_areas` sets.
 
     Attributes:
         inputs: Variables that no program writes, for example those of a panel or a scanner.
@@ -73,7 +73,7 @@ class Surroundings:
         self.inputs = [one for one in self._inputs() if one.path not in held]
 
     def held(self) -> Iterator[Path]:
-        """Yield the places that are not inputs, because `give_areas` sets them."""
+        """Yield the memory paths that `give_areas` sets; these are not inputs."""
         return iter(())
 
     def give_areas(self, machine: Machine, number: int) -> dict[int, tuple[list[Any], Any]]:
@@ -127,7 +127,7 @@ class Surroundings:
                 machine.havoc(path, symbol.type)
 
     def roots(self) -> Iterator[tuple[Path, t.Symbol]]:
-        """Yield the variables of the programs, and global and located ones, with their places."""
+        """Yield program variables, global variables and located variables with memory paths."""
         for symbol in self.project.global_symbols.values():
             slot = address_slot(symbol.address) if symbol.address else symbol.name.upper()
             yield ("", slot), symbol
@@ -177,7 +177,7 @@ class Surroundings:
 
 
 def path_of(project: Project, name: str) -> tuple[Path, Type]:
-    """Return the place in a machine, and the type, of a variable such as `Main.Stage`."""
+    """Return the memory path and the type of a variable such as `Main.Stage`."""
     found = resolve(project, name)
     if found.address is not None:
         inside = (step.upper() if isinstance(step, str) else step for step in found.inside)

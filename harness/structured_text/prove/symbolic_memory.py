@@ -24,7 +24,8 @@ __all__ = ["Alternatives", "Leaf", "Path", "SymbolicMemory", "leaves"]
 
 #: The path of a variable: names and positions, from the outermost variable inwards.
 Path = tuple[Any, ...]
-#: The paths that an access may refer to, each with its condition; exactly one condition holds.
+#: The paths that an access to a variable may refer to, each with its condition. Exactly one
+#: condition holds.
 Alternatives = list[tuple[Bool, Path]]
 #: Arrays of scalars with more elements than this are stored as one array term.
 _LONG = 64
@@ -81,8 +82,7 @@ class SymbolicMemory:
 
     Attributes:
         assumptions: The conditions that are assumed, for example the range of an arbitrary value.
-        places: The path of the variable that a solver variable stands for, by the name of the
-            solver variable.
+        places: Maps the name of a solver variable to the path of the program's variable.
     """
 
     def __init__(self, project: Project) -> None:
@@ -108,7 +108,7 @@ class SymbolicMemory:
         return f"{name}!{self._fresh}"
 
     def create(self, path: Path, kind: Type, initial: Any = None) -> None:
-        """Create a variable with its initial value; in a block, each variable gets its own."""
+        """Create a variable with its initial value; each variable of a block gets its own value."""
         if isinstance(kind, BlockType):
             if kind.name in BLOCKS:
                 for leaf in self.leaves(kind):
@@ -149,7 +149,7 @@ class SymbolicMemory:
             self._memory[place] = value
 
     def assume(self, condition: Bool) -> None:
-        """Add an assumption."""
+        """Add a condition to the assumptions."""
         if condition is not True:
             self.assumptions.append(
                 condition if not isinstance(condition, bool) else z3.BoolVal(condition)
@@ -189,14 +189,14 @@ class SymbolicMemory:
     # --- reading and writing by alternatives ---
 
     def load(self, places: Alternatives, kind: Type) -> Value:
-        """Return the scalar that an access refers to, as a choice among its places."""
+        """Return the scalar that an access refers to, as a choice among its possible paths."""
         result = self._memory[places[-1][1]]
         for condition, path in reversed(places[:-1]):
             result = values.choose(condition, self._memory[path], result, kind)
         return result
 
     def store(self, places: Alternatives, kind: Type, value: Value) -> None:
-        """Write a scalar to the places that an access may refer to, each under its condition."""
+        """Write a scalar to each path that an access may refer to, under the path's condition."""
         if len(places) == 1:
             self._memory[places[0][1]] = value
             return

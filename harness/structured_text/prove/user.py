@@ -1,9 +1,10 @@
 """Proof of a user's program, and search for runs that break the properties that are not proved.
 
-A property is tried in several ways. First induction: one scan from an arbitrary state, with
-arbitrary results of library calls (outline). Then short searches from the start, induction with the
-library's code, and longer searches. Invariants found automatically exclude unreachable states
-before an induction. A run that is found is replayed on the built-in engine before it is reported.
+A property is tried in several ways. The first way is induction: one scan from an arbitrary state,
+with arbitrary results of library calls (outline). Short searches from the start, induction with the
+library's code, and longer searches follow. Invariants found automatically exclude unreachable
+states before an induction. A run that is found is replayed on the built-in engine before it is
+reported.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ from structured_text.prove.values import TIME_BITS
 
 __all__ = ["NOTED", "Bench", "Replayed", "Result", "Settings", "prove"]
 
-#: Status of arithmetic that may leave its type, if this is not treated as a fault.
+#: Status of arithmetic that may leave its type, if the user does not treat an overflow as a fault.
 NOTED = "noted"
 
 #: A long scan period [us], with which a search of few scans reaches events that take seconds.
@@ -134,7 +135,7 @@ class Bench(Protocol):
         """Return the surroundings of a program, or raise InputError."""
 
     def blame(self, error: InputError) -> InputError:
-        """Return an error in the sources, with a message for users."""
+        """Return an error in the sources, with a hint if the given library is incomplete."""
 
     def replay(
         self,
@@ -194,7 +195,7 @@ def _told_of_original(error: InputError, copies: Copies) -> InputError:
 
 @dataclass
 class _Step:
-    """A scan from an arbitrary state: conditions that break properties, and the state before."""
+    """A scan from an arbitrary state: the states around it, and when a property is broken."""
 
     machine: ProgramMachine
     before: Mapping[Place, Any]
@@ -372,7 +373,7 @@ class _Work:
     # --- search ---
 
     def _search(self, scan_us: int, scans: int, share: float) -> None:
-        """Search for runs of up to `scans` scans, in a share of the remaining time."""
+        """Search for runs of up to `scans` scans that break a property, in a share of the time."""
         end = time.monotonic() + share * max(map(self._left, self.open))
         going = self._searches.pop(scan_us, None)
         milliseconds = self.bench.library.milliseconds

@@ -59,7 +59,7 @@ __all__ = [
 
 Value = Any
 
-#: Width of a TIME in bits. A literal has 64 bits; the other 8 leave room for the sums of one scan.
+#: Width of a TIME in bits. A literal has 64 bits; 8 more bits hold the sums of one scan.
 TIME_BITS = 72
 ENUM_BITS = 16
 

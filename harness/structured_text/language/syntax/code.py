@@ -165,7 +165,7 @@ class This:
 
 @dataclass(frozen=True)
 class Invoke:
-    """A call with a callee of more than one word: `a.b(…)`, `SUPER^.m(…)`."""
+    """A call of an element with a path: `a.b(…)`, `SUPER^.m(…)`."""
 
     callee: Variable
     arguments: tuple[Argument, ...]

@@ -126,7 +126,7 @@ TypeSpec = NamedSpec | ArraySpec | EnumSpec | StructSpec | SubrangeSpec | Pointe
 
 @dataclass(frozen=True)
 class ArrayInit:
-    """`[1, 2, 3(0)]` as pairs of (repetitions, value); repetitions is None for one."""
+    """`[1, 2, 3(0)]` as pairs of (repetitions, value); without a factor, repetitions is None."""
 
     items: tuple[tuple[Expression | None, Init], ...]
     at: Position
@@ -134,7 +134,7 @@ class ArrayInit:
 
 @dataclass(frozen=True)
 class Sequence:
-    """The repeated values of `3(1, 2)`, if they are not exactly one; empty in `3()`."""
+    """The repeated values of `3(1, 2)`. A single value is not a `Sequence`; `3()` is empty."""
 
     items: tuple[tuple[Expression | None, Init], ...]
     at: Position
@@ -153,7 +153,7 @@ Init = ArrayInit | Sequence | StructInit | Expression
 
 @dataclass(frozen=True)
 class VarDecl:
-    """A declaration of one or more variables of one type; `address` is the `%QW3` of an AT.
+    """A declaration of one or more variables of one type; `address` stands behind AT: `%QW3`.
 
     `bound` is true if the initial value stands behind REF=.
     """
@@ -247,8 +247,8 @@ class GlobalList:
 class Pou:
     """A function, function block or program; `kind` is its upper-case opening word.
 
-    `words` are the access words of a block in upper case, `members` its methods and properties,
-    `generics` the values of the generic constants of the block that it extends.
+    `words` are the access words of a block in upper case. `members` are its methods and properties.
+    `generics` are the values that it gives to the generic constants of its base block.
     """
 
     kind: str
@@ -334,8 +334,8 @@ class Source:
         uses: Constructs beyond the portable subset (`constructs.Use`).
         pragmas: The contents of { }.
         errors: The errors of the lexer and the parser.
-        namespaces: The namespaces that it declares and uses.
-        characters: Length of its text.
+        namespaces: The namespaces that the file declares and uses.
+        characters: Length of the text of the file.
         tokens: Number of words, numbers and signs.
         entries: The entries of VAR_CONFIG.
     """

@@ -99,7 +99,7 @@ class _Statements(ExpressionReader):
         yield self._end_of("CASE", indent)
 
     def _branch(self, indent: str) -> Iterator[Line]:
-        """Yield the statements up to the next label."""
+        """Yield the statements of a CASE branch, up to the next label."""
         while self._peek().word not in ("ELSE", "END_CASE") and self._peek().kind != "end":
             if self._peek().kind == "number" or self._peek().word == "-":
                 return
@@ -142,7 +142,7 @@ class _Statements(ExpressionReader):
         yield self._end_of("WHILE", indent)
 
     def _end_of(self, word: str, indent: str) -> Line:
-        """Read the END of a statement and return it."""
+        """Read the END of a statement, and return the translated line."""
         at = self._peek().at
         self._expect(f"END_{word}")
         return Line(f"{indent}END_{word};", at)
@@ -296,7 +296,10 @@ class _Statements(ExpressionReader):
         return f"{target} := {self._converted(value, kind.type, token)};"
 
     def _place_of(self) -> tuple[str, Data, str]:
-        """Return an array, its type and an index; for any other tag, the index is 0."""
+        """Return an array, its type and the index at which a copy begins.
+
+        For a tag without an index, the index is 0.
+        """
         text, data = self._variable(element=False)
         index = "0"
         if data.sizes and self._take("["):

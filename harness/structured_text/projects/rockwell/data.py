@@ -37,7 +37,7 @@ class Data:
 
 @dataclass(frozen=True)
 class Instruction:
-    """An Add-On Instruction: parameters in the order of a call, with their usage."""
+    """An Add-On Instruction: its parameters, in the order of a call, and the usage of each."""
 
     parameters: tuple[tuple[str, str], ...]
 
@@ -47,8 +47,8 @@ class Types:
     """The types of a project, with names in upper case.
 
     Attributes:
-        members: Members of structures, and parameters of instructions.
-        strings: Lengths of string types.
+        members: The members of each structure, and the parameters of each instruction.
+        strings: The length of each string type.
         instructions: Add-On Instructions that are read.
         protected: Add-On Instructions with protected source, which the file does not contain.
         arrays: Named types for arrays, collected by `written`.
@@ -77,6 +77,6 @@ class Types:
         return data.type
 
     def array(self, data: Data) -> str:
-        """Return the type of an array, in full."""
+        """Return the text of an array type, `ARRAY [...] OF ...`."""
         bounds = ", ".join(f"0..{size - 1}" for size in data.sizes)
         return f"ARRAY [{bounds}] OF {STORED.get(data.type, data.type)}"

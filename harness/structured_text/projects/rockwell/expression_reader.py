@@ -1,8 +1,8 @@
-"""Values, tags and conversions of Logix, as the standard writes them.
+"""Translation of Logix values, tags and conversions to the standard's language.
 
-Logix converts implicitly between its types. Here each conversion is written, following the Logix
-manual: integers are calculated as DINT or longer, a REAL is rounded to an integer, and AND, OR, XOR
-and NOT of integers are bitwise.
+Logix converts implicitly between its types. The translation writes each conversion, as the Logix
+manual describes it: integers are calculated as DINT or longer, a REAL is rounded to an integer, and
+AND, OR, XOR and NOT of integers are bitwise.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ __all__ = [
     "tokens_of",
 ]
 
-#: Names of additional variables that translated statements may need.
+#: Names of helper variables that the translated statements may need.
 COUNTER, FIRST_SCAN = f"{VARIABLES}Index", f"{VARIABLES}FirstScan"
 
 _TOKEN = re.compile(
@@ -80,7 +80,7 @@ class Routine:
         file: The file, for messages.
         types: The types of the project.
         tags: Tags of the routine's program or instruction and of the controller, in upper case.
-        aliases: Tags that stand for others.
+        aliases: Alias tags, each with its target.
         routines: Routines that JSR can call, in upper case, with their names.
         needs: Additional declarations: COUNTER, FIRST_SCAN, and the names of helper blocks.
     """
@@ -100,7 +100,8 @@ def plain_tag(name: str) -> str:
 
 
 Value = tuple[str, str]
-"""An expression as it is written, and its type; integers are DINT or longer."""
+"""The text of a translated expression, and its type. Integers have the type DINT or a longer type.
+"""
 
 
 class ExpressionReader:
@@ -186,7 +187,7 @@ class ExpressionReader:
         raise self._error(f"{left[1]} {token.text} {right[1]} is not possible", token)
 
     def _flags(self, one: Value, other: Value) -> Value:
-        """Return FALSE or TRUE for a 0 or 1 that is combined with a BOOL."""
+        """Replace a literal 0 or 1 by FALSE or TRUE if the other operand is BOOL."""
         if other[1] == "BOOL" and one in (("0", "DINT"), ("1", "DINT")):
             return ("TRUE" if one[0] == "1" else "FALSE"), "BOOL"
         return one
@@ -274,7 +275,10 @@ class ExpressionReader:
     # --- tags -----------------------------------------------------------------------------
 
     def _variable(self, *, written: bool = False, element: bool = True) -> tuple[str, Data]:
-        """Read a tag with its members, elements and bits; read the last index only if `element`."""
+        """Read a tag with its members, elements and bits.
+
+        If `element` is False, the last index is not read.
+        """
         token = self._next()
         if token.kind != "name" or token.word in KEYWORDS:
             raise self._error(f"a tag is needed here, not {token.text!r}", token)
@@ -313,7 +317,7 @@ class ExpressionReader:
         return text, data
 
     def _ends_with_index(self) -> bool:
-        """Return whether the next index is the last part of the tag."""
+        """Return whether nothing follows the next index of a tag."""
         depth, ahead = 0, 0
         while self._peek(ahead).kind != "end":
             depth += {"[": 1, "]": -1}.get(self._peek(ahead).text, 0)

@@ -8,8 +8,9 @@ from structured_text.projects.rockwell.data import Data
 
 __all__ = ["BLOCKS", "HELPERS", "HELPER_MEMBERS"]
 
-#: The instruction TONR. Its first run clears it. A negative preset stops it. ACC counts whole
-#: milliseconds; the rest of the time counts in the next call. Source: 1756-RM003, TONR.
+#: The instruction TONR. The first run clears the timer. A negative preset stops the timer. ACC
+#: counts whole milliseconds; the rest of the time counts in the next call. Source: 1756-RM003,
+#: TONR.
 _TIMER = """\
 FUNCTION_BLOCK FBD_TIMER
   VAR_INPUT RETAIN
@@ -71,7 +72,7 @@ FUNCTION_BLOCK FBD_TIMER
   DN := EN AND ACC >= PRE;
   TT := EN AND NOT DN;
 END_FUNCTION_BLOCK"""
-#: The instructions OSRI and OSFI.
+#: The one-shot instructions OSRI and OSFI.
 _ONESHOT = """\
 FUNCTION_BLOCK FBD_ONESHOT
   VAR_INPUT RETAIN
@@ -90,7 +91,8 @@ FUNCTION_BLOCK FBD_ONESHOT
   END_IF;
   Before := InputBit;
 END_FUNCTION_BLOCK"""
-#: Tags of ladder instructions, which only hold data here because ladder is not executed.
+#: Structures for the tags of ladder instructions. They only hold data, because ladder is not
+#: executed.
 _LADDER = {
     "TIMER": {"BOOL": ("EN", "TT", "DN"), "DINT": ("PRE", "ACC")},
     "COUNTER": {"BOOL": ("CU", "CD", "DN", "OV", "UN"), "DINT": ("PRE", "ACC")},
@@ -99,7 +101,7 @@ _LADDER = {
         "DINT": ("LEN", "POS"),
     },
 }
-#: Names of the helper types that are blocks.
+#: Names of the helper types that are function blocks.
 BLOCKS = ("FBD_TIMER", "FBD_ONESHOT")
 #: The Structured Text of the helper types, by name.
 HELPERS = {

@@ -1,8 +1,8 @@
 """The elements of an L5X: data types, instructions, tags, programs and tasks.
 
 The types are read first, because the statements of routines need them for conversions. A routine
-that cannot be translated becomes a `Foreign` body with the reason. It is an error only if other
-parts of the project need it (see `open`).
+that cannot be translated becomes a `Foreign` body with the reason. Such a body is an error only if
+other parts of the project need it (see `open`).
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _ENABLE = ("ENABLEIN", "ENABLEOUT")
 _PRESCANNED = f"{VARIABLES}Prescanned"
 _JUMPS = re.compile(r"(?:NOP\(\)|JSR\((?P<name>\w+),0\))", re.IGNORECASE)
 
-#: Kinds of tags of a module that start with 0 when its connection is opened.
+#: Areas of a module's tags that are set to 0 when the connection to the module is opened.
 _IMAGES = frozenset(("INPUTAREA", "OUTPUTAREA"))
 #: Matches a statement of a prescan that sets a tag or an element of a tag.
 _CLEARED = re.compile(r"\s*(\w+)(?:\[[^\]]*\])?\s*:=")
@@ -98,7 +98,7 @@ class _Reader:
     def _know_instruction(self, aoi: Element) -> None:
         parameters = aoi.all("Parameters", "Parameter")
         local = {_key(one): one for one in aoi.all("LocalTags", "LocalTag")}
-        for one in parameters:  # an alias has the type of the local tag that it stands for
+        for one in parameters:  # an alias has the type of the local tag that it refers to
             target = local.get(plain_tag(one.get("AliasFor")).upper())
             if target is not None and not one.get("DataType"):
                 named = ("DataType", "Dimensions")
@@ -129,7 +129,7 @@ class _Reader:
     def _told_apart(
         self, owner: Element, known: Mapping[str, str]
     ) -> tuple[list[Element], dict[str, str]]:
-        """Return the tags of a controller or program without aliases, and the target of each alias.
+        """Return the real tags of a controller or program, and the target of each alias.
 
         A tag or alias of a program hides an alias of the controller.
         """
@@ -374,7 +374,7 @@ class _Reader:
     # --- initial values -------------------------------------------------------------------
 
     def _initial(self, tag: Element) -> str:
-        """Return the initial value of a tag; empty if all of it is 0."""
+        """Return the initial value of a tag; empty if the whole value is 0."""
         data = self._data(tag)
         if _key_of(tag, "Usage") == "INOUT":
             return ""
@@ -470,9 +470,9 @@ def _number(text: str, data: Data) -> int | float | None:
 
 
 def _aliases(parameters: Iterable[Element], usage: str) -> Iterator[Line]:
-    """Yield the copies between the pins of an instruction and the local tags that they stand for.
+    """Yield the copy statements between the parameters of an instruction and its local tags.
 
-    An input is copied before the instruction, an output behind it.
+    Inputs are copied before the statements of the instruction, outputs after them.
     """
     for one in parameters:
         if one.get("TagType") == "Alias" and one.get("Usage") == usage and one.get("AliasFor"):

@@ -1,1 +1,4 @@
-"""Inference of interfaces for missing names from their use, so that the rest can be checked."""
+"""Inference of interfaces for missing names.
+
+The interface is derived from the uses of a name, so that the rest of the program can be checked.
+"""

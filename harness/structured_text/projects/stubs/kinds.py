@@ -99,7 +99,7 @@ class Mentions:
             self._asked.add(_last(callee.base))
 
     def type_stub(self, name: str) -> Stub:
-        """Return the stub of a missing type, with the members that have initial values."""
+        """Return the stub of a missing type, with the members that the program initialises."""
         stub = self._type_stub(name)
         for field, value in self._fields.get(name.upper(), ()):
             if stub.kind == ALIAS:
@@ -115,7 +115,7 @@ class Mentions:
         return stub
 
     def _start(self, stub: Stub) -> None:
-        """Add the `INIT` method that takes the arguments in declarations of a block."""
+        """Add an `INIT` method if declarations of the block pass arguments."""
         for arguments in self._started.get(stub.name.upper(), ()):
             method = stub.method(INIT)
             method.used = True
@@ -161,11 +161,11 @@ class Mentions:
         return stub
 
     def is_base(self, name: str) -> bool:
-        """Return whether the name has members in the program."""
+        """Return whether the program uses a member of this name, as in `Name.Member`."""
         return bool(self._members.get(name.upper()))
 
     def is_called(self, name: str) -> bool:
-        """Return whether the program uses members of this name."""
+        """Return whether the program calls this name as a function."""
         return name.upper() in self._functions
 
     def function_stub(self, name: str) -> Stub:
@@ -178,7 +178,7 @@ class Mentions:
 
 
 def _structures(value: object) -> Iterator[s.StructInit]:
-    """Yield the values of a structure, or of the structures in an array."""
+    """Yield the initial values of a structure, or of the structures in an array."""
     if isinstance(value, s.StructInit):
         yield value
     elif isinstance(value, s.ArrayInit):
@@ -197,7 +197,7 @@ def _named(spec: s.TypeSpec) -> Iterator[s.Name]:
 
 
 def _last(node: object) -> str:
-    """Return the last name of a variable: `c` for `a.b[1].c^`."""
+    """Return the last name in a variable with members: `c` for `a.b[1].c^`."""
     while isinstance(node, (s.Index, s.Dereference, s.Part)):
         node = node.base
     if isinstance(node, s.Field):

@@ -1,4 +1,4 @@
-"""The interface of a missing element, inferred from its uses, and its text."""
+"""The interface of a missing element, inferred from its uses, and the text of the interface."""
 
 from __future__ import annotations
 
@@ -32,12 +32,13 @@ __all__ = [
 BLOCK, FUNCTION, STRUCT, ENUM = "FUNCTION_BLOCK", "FUNCTION", "STRUCT", "ENUM"
 INTERFACE, ALIAS, LIST, NAMESPACE = "INTERFACE", "ALIAS", "LIST", "NAMESPACE"
 CONSTANT = "CONSTANT"
-#: Integers, and integers with bit strings, from the narrowest to the widest type.
+#: Integer types, and integer and bit string types, from the narrowest to the widest.
 _INTEGERS = tuple(sorted(ANY_INT, key=WIDTH.__getitem__))
 _NUMBERS = tuple(sorted((*ANY_INT, *ANY_BIT[1:]), key=WIDTH.__getitem__))
-#: The key of an argument without a name.
+#: The key of an argument that a call passes by position, without a name.
 _POSITION = re.compile(r"P(\d+)")
-#: Types by the prefix of a name, as TwinCAT and CODESYS users write it, if no use shows a type.
+#: Types by the prefix of a variable's name, as TwinCAT and CODESYS users write it. The prefix
+#: decides if no use shows the type.
 _BY_NAME = (
     ("by", "BYTE"),
     ("dw", "DWORD"),
@@ -66,7 +67,7 @@ _FLAGS = re.compile(
 )
 #: The type of an input that gets values of unrelated types.
 ANY = "ANY"
-#: The type if no use shows one.
+#: The type of a variable if neither its uses nor its prefix show a type.
 _UNKNOWN = "DINT"
 
 
@@ -90,7 +91,8 @@ def type_text(kind: Type | None) -> str:
 class Pin:
     """A parameter, field or member, with the types of the values that it is used with.
 
-    `place` is the number of a parameter from 1, if a call with unnamed arguments shows it, else 0.
+    If a call with unnamed arguments shows the position of the parameter, `place` is this position,
+    from 1 on. Otherwise `place` is 0.
     """
 
     name: str
@@ -99,14 +101,18 @@ class Pin:
     wanted: list[str] = field(default_factory=list)
 
     def note(self, kind: str, *, given: bool) -> None:
-        """Note the type of a value that the pin gets (`given`), or that the context requires."""
+        """Note the type of a value that the pin gets (`given`), or that an expression needs."""
         known = self.given if given else self.wanted
         if kind and kind not in known:
             known.append(kind)
 
     @property
     def type(self) -> str:
-        """Return the inferred type: wide enough for given values, else as narrow as required."""
+        """Return the inferred type.
+
+        It is wide enough for all values that the pin gets. Without such values, it is as narrow as
+        the uses of the pin require.
+        """
         return self._common or (self.given or self.wanted)[0]
 
     @property
@@ -116,7 +122,7 @@ class Pin:
 
     @property
     def _common(self) -> str:
-        """Return the type that all values have or convert to; empty if there is none."""
+        """Return the type that all noted values have or convert to; empty if there is none."""
         known = self.given or self.wanted
         for order in (_INTEGERS, ANY_BIT, _NUMBERS, ANY_REAL):
             if known and all(kind in order for kind in known):
@@ -136,7 +142,7 @@ class Pin:
 
 
 def _number(key: str) -> int:
-    """Return the number of an unnamed argument from its key; 0 for a name."""
+    """Return the position of an argument from its key, from 1 on; 0 for a named argument."""
     found = _POSITION.fullmatch(key)
     return int(found[1]) if found else 0
 
@@ -181,7 +187,10 @@ class Stub:
     number: int = 0
 
     def input(self, name: str) -> Pin:
-        """Return an input; an output of this name becomes an input."""
+        """Return the input of this name; create it if it is missing.
+
+        An output of this name becomes an input.
+        """
         key = name.upper()
         if key in self.in_outs:
             return self.in_outs[key]
@@ -190,27 +199,27 @@ class Stub:
         return self.inputs.setdefault(key, Pin(name))
 
     def output(self, name: str) -> Pin:
-        """Return an output, or the input of this name if it exists."""
+        """Return the input of this name if there is one; else return or create the output."""
         for known in (self.inputs, self.in_outs):
             if name.upper() in known:
                 return known[name.upper()]
         return self.outputs.setdefault(name.upper(), Pin(name))
 
     def in_out(self, name: str) -> Pin:
-        """Return a VAR_IN_OUT."""
+        """Return the VAR_IN_OUT of this name; create it if it is missing."""
         self.inputs.pop(name.upper(), None)
         return self.in_outs.setdefault(name.upper(), Pin(name))
 
     def method(self, name: str) -> Stub:
-        """Return a method."""
+        """Return the method of this name; create it if it is missing."""
         return self.methods.setdefault(name.upper(), Stub(name, "METHOD"))
 
     def text(self) -> str:
-        """Return the declaration."""
+        """Return the text of the declaration."""
         return "\n".join((*self.lines(), ""))
 
     def lines(self) -> Iterator[str]:
-        """Yield the lines of the declaration."""
+        """Yield the lines of the declaration, in Structured Text."""
         pins = list(self.outputs.values())
         if self.kind == NAMESPACE:
             yield from (f"NAMESPACE {self.name}", "END_NAMESPACE")
@@ -258,7 +267,10 @@ class Stub:
             yield f"END_{self.kind}"
 
     def _inputs(self) -> dict[str, Pin]:
-        """Return the inputs in their order; arguments without a name are merged with named ones."""
+        """Return the inputs in order of position.
+
+        An input that is known by its position and by its name is listed once.
+        """
         named = [replace(p, given=[*p.given]) for k, p in self.inputs.items() if not _number(k)]
         places = {pin.place: pin for pin in named if pin.place}
         waiting = [pin for pin in named if not pin.place]

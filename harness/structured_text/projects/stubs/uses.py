@@ -34,7 +34,7 @@ from structured_text.projects.stubs.model import (
 
 __all__ = ["Uses"]
 
-#: The bounds of an array for which only uses of elements are known.
+#: The bounds of an inferred array; uses of its elements do not show the real bounds.
 _BOUNDS = "0..255"
 _LITERALS = {"INTEGER": "", "REALNUM": "LREAL", "STRING": "STRING(255)", "BOOLEAN": "BOOL"}
 _OPERATOR = re.compile(
@@ -44,7 +44,7 @@ _COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
 
 
 class Uses:
-    """Notes the uses of stubs in one body."""
+    """Collects the uses of stubs in one body."""
 
     def __init__(self, scope: Scope, stubs: MutableMapping[str, Stub]) -> None:
         self._scope, self._stubs = scope, stubs
@@ -52,7 +52,7 @@ class Uses:
         self._above = self._base()
 
     def note(self, body: Iterable[s.Statement]) -> None:
-        """Note the uses in some statements."""
+        """Note the uses of stubs in some statements."""
         for one in body:
             self._statement(one)
 
@@ -95,7 +95,7 @@ class Uses:
             self._written(target, self._text(value))
 
     def _written(self, target: s.Variable, kind: str) -> None:
-        """Note a value of a type that is assigned to a variable."""
+        """Note that a value of this type is assigned to a variable."""
         if isinstance(target, s.Field):
             stub = self._owner(target.base, target.name.key)
             if stub is not None:
@@ -166,7 +166,7 @@ class Uses:
             if found is not None and not self._known(callee):
                 if self._above is None or found.kind != FUNCTION or libraries_of(callee.key):
                     return found
-                # A method of the base block is more likely than a function.
+                # The name is more likely a method of the missing base block than a function.
                 del self._stubs[callee.key]
                 return self._above.method(callee.text)
             if self._known(callee):
@@ -246,7 +246,7 @@ class Uses:
             self._above.output(node.text).note(want, given=False)
 
     def _inside(self, node: s.Index | s.Dereference, kind: str) -> None:
-        """Note an array or pointer, given the type of its element or target."""
+        """Note an array or pointer by the type of its element or target."""
         if isinstance(node, s.Dereference):
             self._read(node.base, f"POINTER TO {kind or 'BYTE'}")
             return
@@ -331,12 +331,12 @@ class Uses:
         return self._checker.is_variable(name)
 
     def _base(self) -> Stub | None:
-        """Return the stub that the block of this body extends, directly or indirectly."""
+        """Return the stub that the block of this body extends, directly or indirectly, or None."""
         block = self._scope.block
         return self._extended(block.name.upper()) if block is not None else None
 
     def _extended(self, key: str) -> Stub | None:
-        """Return the stub among the blocks that a block extends."""
+        """Return the stub that a block extends, directly or indirectly, or None."""
         extended = self._scope.declarations.objects.extended
         seen = set()
         while key in extended and key not in seen:

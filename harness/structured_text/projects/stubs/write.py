@@ -27,9 +27,9 @@ _HEAD = (
     "(* An interface without statements, inferred from its use by `{command} check --stubs`.\n"
     "   Complete it: what the program does not use is missing, and types may differ. *)\n"
 )
-#: The file with the constants of all libraries.
+#: The name of the file with the stubs of all missing constants.
 _CONSTANTS = "Missing_Constants"
-#: The file of the stubs in messages, before they are written.
+#: The name of the stubs' file in messages, before the stubs are written.
 _PLACE = "(stubs)"
 _CONSTANT = re.compile(r"[A-Z][A-Z0-9_]{2,}")
 
