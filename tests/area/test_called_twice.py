@@ -303,9 +303,9 @@ def test_two_writing_instances_in_turn_keep_the_interval() -> None:
     ],
 )
 def test_a_margin_never_shortens_the_interval(interval: str, margin: str, scans: int) -> None:
-    """A negative or small Margin never makes the interval shorter than 100 ms.
+    """A negative Margin never shortens the interval, which is at least 100 ms.
 
-    SI(00) turns ON one interval plus margin after the start, and SI(06) the same time later.
+    SI(00) turns ON after interval and margin, and SI(06) after the same time again.
 
     Source: manual chapter 5, 3, caution: 100 ms or more.
     """
