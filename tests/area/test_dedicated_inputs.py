@@ -77,7 +77,10 @@ def test_a_safety_switch_off_goes_out_at_once_and_restarts_the_interval(pin: str
 
 
 def test_both_safety_inputs_may_fall_together_but_not_rise_together() -> None:
-    """Source: manual chapter 5, 3.1, caution; only the switch-off is exempt."""
+    """SI(00) and SI(06) may turn OFF in the same scan, but turn ON one interval apart.
+
+    Source: manual chapter 5, 3.1, caution: only switching OFF is exempt from the interval.
+    """
     plc = PlcBench()
     plc.power_up()
     plc["EmergencyStopOk"] = plc["StopOk"] = False

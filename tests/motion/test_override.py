@@ -85,7 +85,10 @@ def test_the_speed_is_read_and_raised_in_steps(engine: str) -> None:
 
 
 def test_the_command_goes_to_the_designated_robot() -> None:
-    """Source: remote command guide 4.2.15 and 4.7.8: R in bits 15 to 12; sampled at the start."""
+    """The robot number is in the code of the command, and is sampled at the start.
+
+    Source: remote command guide 4.2.15 and 4.7.8: R in bits 15 to 12.
+    """
     plc = _plc(Enable=True, RobotNumber=2, Percent=20)
     assert _answer(plc, 0x250A, 0, 10) == 0
     plc["SpeedOverride.RobotNumber"] = 3

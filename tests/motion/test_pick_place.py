@@ -78,7 +78,7 @@ def test_between_pallets_it_moves_in_arches() -> None:
     assert plc.end == ("Done", 0, "PICK_START", False)
 
 
-def test_an_arch_in_mm_is_taken_as_it_is() -> None:
+def test_an_arch_in_mm_is_sent_without_conversion() -> None:
     """Source: guide 4.2.1, arch designation: integers (x1000) in millimetres."""
     plc = picking(ArchAxis=1, ArchUnit="UNIT_MM", ArchPosition=9.5, ArchDistance=20.0, Speed=0.0)
     arch = "000001 [9500, 20000, 20000] mm"
@@ -141,7 +141,10 @@ def test_if_only_the_last_shift_failed_no_second_part_is_fetched(shifts: dict[st
 
 
 def test_after_an_error_the_shift_of_the_movement_stays_selected() -> None:
-    """Source: head; nothing goes out after an error."""
+    """After an error, the shift of the last movement stays selected: no more command is sent.
+
+    Source: head of FB_PickPlace.
+    """
     plc = _approaching(Shifts__Afterwards=7)
     plc.refuses = "PTP 10 at 5"
     assert plc.work()[-2:] == ["shift 0", "PTP 10 at 5"]
@@ -151,7 +154,11 @@ def test_after_an_error_the_shift_of_the_movement_stays_selected() -> None:
 
 
 def test_the_robot_also_approaches_pallets_from_above() -> None:
-    """Source: guide 4.2.5, 4.2.17; without a speed of its own the approach is as fast."""
+    """The robot also approaches work positions of pallets from above.
+
+    Without its own speed, the approach has the speed of the movement. Source: guide 4.2.5,
+    4.2.17.
+    """
     plc = picking(TargetPallet=0, Shifts__TargetAbove=7)
     target = ["shift 7", "PTP 0/1 at 50", "shift 0", "PTP 0/1 at 50", "DO(20) OFF", "shift 7"]
     target += ["PTP 0/1 at 50", "shift 0"]

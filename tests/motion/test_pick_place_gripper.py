@@ -308,9 +308,9 @@ def _scan(block: Alone, pattern: int = 0) -> bool:
     [({20}, True, False), ({21}, False, True), (set(), False, False), ({20, 21}, False, False)],
 )
 def test_one_output_closes_and_the_other_opens(on: set[int], closed: bool, opened: bool) -> None:
-    """If both outputs of the hand are OFF (as after power-on) or ON, its state is unknown.
+    """One output closes the hand and the other opens it. If both are equal, its state is unknown.
 
-    An earlier reading has no effect.
+    Both are OFF after power-on. An earlier reading has no effect.
 
     Source: RCX_GRIPPER; guide 4.5.1: bit k of the answer is DO(20 + k)
     """

@@ -240,7 +240,10 @@ def test_after_a_stop_during_power_up_no_work_begins(when: str) -> None:
 
 
 def test_the_first_fault_is_shown_until_reset_and_then_start_works_again() -> None:
-    """Source: guide 1.2, abnormal end; design of the examples: nothing restarts by itself."""
+    """The first fault is shown until Reset. Afterwards Start works again.
+
+    Source: guide 1.2, abnormal end; a rule of this library: nothing restarts by itself.
+    """
     plc = _running("Cycle")
     _end(plc, 0x4000)
     plc.scan()

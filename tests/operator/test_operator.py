@@ -162,7 +162,10 @@ def test_a_program_is_started_stopped_and_continued(engine: str) -> None:
 
 
 def test_stop_acts_in_manual_mode_and_reset_releases_it_without_a_start() -> None:
-    """Source: manual chapter 5, 2, SI(06); nothing restarts by itself."""
+    """Stop also acts in MANUAL mode, and Reset releases it without starting the program.
+
+    Source: manual chapter 5, 2, SI(06).
+    """
     plc = OperatorBench()
     plc.press("Stop")
     assert "SI06" not in plc.inputs

@@ -209,7 +209,10 @@ def test_another_alarm_is_reported_although_stop_was_pressed(
 def test_servo_on_is_refused_in_an_emergency_stop_and_does_not_wait_for_its_end(
     engine: str,
 ) -> None:
-    """Source: manual chapter 5, 3.1: it is released before; nothing starts by itself."""
+    """During an emergency stop, ServoOn is refused, and it is not executed after the release.
+
+    Source: manual chapter 5, 3.1: the emergency stop is released before servo ON.
+    """
     plc = OperatorBench(engine)
     plc.outputs(SO00=True, SO02=False, SO03=True, scans=60)
     assert plc.can("ServoOn", "Reset") == [False, False]

@@ -236,7 +236,10 @@ def test_a_failure_in_resetting_or_starting_leads_to_stopped(line: _Line) -> Non
 def test_a_failure_in_clearing_aborts_and_the_servos_stay_off(
     line: _Line, event: str, back: str, error: int
 ) -> None:
-    """Source: manual chapter 5, 2, SO(04), and 3.1; nothing starts by itself."""
+    """A failure in Clearing leads to Aborted, and the servos do not turn ON later.
+
+    Source: manual chapter 5, 2, SO(04), and 3.1.
+    """
     line.cell.inject(event)
     line.scan(20)
     line.go(("CLEAR", "ABORTING"))

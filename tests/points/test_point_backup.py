@@ -62,7 +62,10 @@ def test_each_kind_of_data_has_its_command_and_its_values(
     words: list[int],
     values: list[int],
 ) -> None:
-    """Source: guide 4.3.1 to 4.3.5, the examples; spaces behind a comment are the definition's."""
+    """Each kind of data has its command, and its values in a row.
+
+    Source: guide 4.3.1 to 4.3.5, examples; the definition of comments fills them with spaces.
+    """
     plc.stored[code, number] = _wide(words)
     assert plc.run("Backup", Kind=f"DATA_{kind}", RobotNumber=robot, First=number, Count=1) == 0
     flag = words[0] if kind == "POINTS" else 0

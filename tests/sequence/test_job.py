@@ -241,8 +241,11 @@ def test_a_ticket_is_valid_up_to_32767_ahead_and_passed_beyond(ahead: int, live:
 
 
 @pytest.mark.parametrize(("later", "shown"), [(1, True), (32_767, True), (32_768, False)])
-def test_a_ticket_is_shown_before_one_that_is_up_to_32767_later(later: int, shown: bool) -> None:
-    """Source: head of FC_RcxTickets."""
+def test_lowest_shows_a_ticket_that_is_earlier_by_up_to_32767(later: int, shown: bool) -> None:
+    """A waiting job writes its ticket to Lowest if it is earlier, by up to 32767.
+
+    Source: head of FC_RcxTickets.
+    """
     job = _waiting()
     job["Channel.Lowest"] = lowest = (40_000 + later) % 65_536
     job.scan(10)

@@ -56,7 +56,10 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_a_file_that_raises_is_bad_input_at_its_line(
     here: Path, text: str, line: int, message: str, relative: bool
 ) -> None:
-    """Source: a defect report: sys.exit(0) is exit 2; the user's file and line are reported."""
+    """An exception in a file of properties is bad input, reported with file and line.
+
+    Source: a defect report: sys.exit(0) in such a file gives exit code 2.
+    """
     file = Path("mine.py") if relative else here / "mine.py"
     file.write_text(_HEAD + text)
     exits = sys.exit

@@ -154,7 +154,10 @@ def test_a_click_stays_pressed_until_the_next_scan_however_late(
 def test_a_silent_page_that_holds_keys_still_presses_only_stop(
     program: Program, plate: Plate, clock: _Clock
 ) -> None:
-    """Source: docs/how-to/network.md, a key is there for at least one scan; a jog stops."""
+    """If a page is silent while it holds keys, only Stop is still pressed for a scan; a jog ends.
+
+    Source: docs/how-to/network.md, a key is TRUE for at least one scan.
+    """
     stop: list[list[str]] = [["JogPlus"], ["Stop", "JogPlus"], ["JogPlus"], [], ["JogPlus"]]
     for beat, keys in enumerate(stop):
         plate.press("p", beat, keys)

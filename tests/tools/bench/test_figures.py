@@ -119,7 +119,7 @@ def test_the_benchmark_ends_with_1_if_a_target_is_not_met(
     near: float, far: float, code: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
 ) -> None:  # fmt: skip
-    """Source: the head of rcx_tools/bench/__main__.py; what is out of reach is listed apart."""
+    """Source: head of rcx_tools/bench/__main__.py; targets out of reach are listed separately."""
     monkeypatch.chdir(tmp_path)
     found = {"far": at_least(far, "x", 2, OUT_OF_REACH), "near": at_least(near, "x", 1)}
     monkeypatch.setattr("rcx_tools.bench.sizes.measure", lambda _: found)

@@ -83,10 +83,12 @@ def test_an_item_whose_worker_is_killed_is_done_again(farm: Farm, tmp_path: Path
 
 
 @pytest.mark.exhaustive
-def test_a_lost_result_is_made_again(farm: Farm, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_item_whose_result_was_lost_is_run_again(
+    farm: Farm, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """If a result is lost with its worker, the item is run again.
 
-    Another item has ended the worker before the result was fetched.
+    In the test, another item ends the worker before the result is fetched.
     """
     result = distributed.Future.result
     taken = iter([True])
