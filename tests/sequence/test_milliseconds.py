@@ -105,4 +105,4 @@ def test_a_wait_never_overflows(program: Program) -> None:
         assert program.read("Main.Before") == 2_000_065_534
     program.write("Main.Before", 2_000_000_000)
     program.scan(3)
-    assert program.read("Main.Before") == 2_000_000_000, "23 days are long enough for every limit"
+    assert program.read("Main.Before") == 2_000_000_000, "the count stops at 23 days"
