@@ -1,4 +1,4 @@
-"""`make contract` reports its counts and its failures."""
+"""`make contract` reports the numbers of checked calls, and its failures."""
 
 from __future__ import annotations
 
