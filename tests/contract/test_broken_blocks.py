@@ -47,7 +47,7 @@ def _messages(lib: Path, block: str) -> Iterator[str]:
                 _JOB,
                 "IF Answer = WORD#16#8001 OR",
                 "IF NOT Execute THEN ErrorID := WORD#16#8013; ELSIF Answer = WORD#16#8001 OR",
-                "the end is Error 16#8013, expected 16#0000",
+                "the block ended with Error 16#8013, expected 16#0000",
             ),
             (
                 "an edge while busy starts again",
