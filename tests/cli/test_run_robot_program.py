@@ -51,8 +51,8 @@ def test_a_loop_without_a_wait_is_reported_and_the_run_continues(
     assert main(["run", *files, stimulus, "--engine=builtin", "--for=2500ms"]) == 0
     shown = capsys.readouterr().out
     assert re.search(
-        r"robot program BUSY: no time passes in a loop at line [234]; it has used all its 100 "
-        r"statements in 1[34]\d cycles; add a WAIT or a DELAY",
+        r"robot program BUSY: the loop at line [234] takes no time: 1[34]\d cycles ended at the "
+        r"limit of 100 statements; add a WAIT or a DELAY",
         shown,
     )
     assert "500 controller cycles" in shown

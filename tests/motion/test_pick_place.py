@@ -88,9 +88,10 @@ def test_an_arch_in_mm_is_sent_without_conversion() -> None:
 def test_the_robot_approaches_from_above_and_leaves_upwards() -> None:
     """The robot moves to a point above source and target before and after each visit.
 
-    The block selects the shift of the place, or the shift above the place.
+    The block selects one shift for the place itself, and another for the point above it. The robot
+    moves between these two points without an arch.
 
-    Source: guide 4.2.17; without an arch between above and place.
+    Source: guide 4.2.17
     """
     plc = _approaching()
     assert plc.work() == _APPROACH

@@ -149,8 +149,11 @@ def test_a_robot_file_adds_axes_and_robots_to_the_models(tmp_path: Path) -> None
     assert [bool(config.model(robot)) for robot in (1, 2, 3, 4)] == [True, True, False, False]
 
 
-def test_each_of_the_four_robots_may_be_a_model(tmp_path: Path) -> None:
-    """Source: remote command guide 4.2.1: a command designates robot 1 to 4."""
+def test_each_of_the_four_robots_may_have_a_model(tmp_path: Path) -> None:
+    """Each of robots 1 to 4 may have the axes of a model.
+
+    Source: remote command guide 4.2.1: a command designates robot 1 to 4.
+    """
     config = _load(tmp_path, 'robot = ["SXYX", "SXYX", "SXYX", "SXYX"]\n')
     assert [axis.robot for axis in config.axes] == [1] * 3 + [2] * 3 + [3] * 3 + [4] * 3
 

@@ -33,9 +33,9 @@ def busy_programs(cell: Cell) -> Iterator[str]:
         for task in robot.program.tasks:
             if task.full_cycles >= _FULL_CYCLES:
                 yield (
-                    f"{which}robot program {task.program.name}: no time passes in a loop at line "
-                    f"{task.full_line}; it has used all its {robot.config.program_statements} "
-                    f"statements in {task.full_cycles} cycles; add a WAIT or a DELAY"
+                    f"{which}robot program {task.program.name}: the loop at line {task.full_line} "
+                    f"takes no time: {task.full_cycles} cycles ended at the limit of "
+                    f"{robot.config.program_statements} statements; add a WAIT or a DELAY"
                 )
 
 

@@ -284,7 +284,8 @@ def test_a_task_behind_the_last_statement_is_in_the_last_line() -> None:
     Rule: robot-language.
     """
     program, errors = read_program("A%=1\nB%=2\n'end")
-    assert program is not None and not errors
+    assert program is not None
+    assert not errors
     assert [program.line(at) for at in range(len(program.code) + 1)] == [1, 2, 3]
 
 

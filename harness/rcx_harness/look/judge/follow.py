@@ -68,7 +68,10 @@ class Times:
 
     @property
     def exact(self) -> bool:
-        """Return whether percentiles are exact; with over 1,000 times the error is up to 0.5 %."""
+        """Return whether the percentiles are exact.
+
+        With more than 1,000 measured times, the error of a percentile is up to 0.5 %.
+        """
         return self.count <= _EXACT
 
     def percentile_us(self, share: float) -> int:

@@ -154,7 +154,7 @@ def _is_own(node: str, key: str) -> bool:
 
 
 def alike(changed: str, nodes: Iterable[str]) -> list[str]:
-    """Return the tests with the most words of the changed line and its function in their names."""
+    """Return the tests whose names contain the most words of a changed line and its function."""
     words = _words(changed)
     shared = Counter({node: len(words & _words(node.partition("::")[2])) for node in nodes})
     return [node for node, count in shared.most_common(_ALIKE) if count]
